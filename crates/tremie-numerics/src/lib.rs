@@ -1,0 +1,7 @@
+//! What all of Tremie computes with: vectors and sums whose result does not depend on the number of threads.
+//!
+//! Vectors are those of `glam`, re-exported here once so that the whole workspace agrees on one version.
+
+pub use glam::{DMat3, DVec2, DVec3};
+
+pub mod sum;
