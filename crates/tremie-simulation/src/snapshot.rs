@@ -1,0 +1,69 @@
+//! What gauges and writers see: the state of the fluid at one moment, in SI units.
+
+use tremie_numerics::DVec3;
+
+/// The state of a simulation at one moment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Snapshot {
+    /// Simulated time in s.
+    pub time: f64,
+    /// The fluid.
+    pub fluid: Fluid,
+}
+
+/// The fluid, in the way that its method describes it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Fluid {
+    /// Cells of a regular grid.
+    Cells(Cells),
+}
+
+/// A box of cubic cells around the fluid, x fastest: cell (i, j, k) is number `i + nx (j + ny k)`.
+///
+/// Fields are zero where there is no fluid.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Cells {
+    /// Lower corner of the box in m.
+    pub origin: DVec3,
+    /// Edge of a cell in m.
+    pub size: f64,
+    /// Cells along each axis.
+    pub count: [usize; 3],
+    /// Share of each cell that is filled with fluid, 0 to 1.
+    pub fill: Vec<f64>,
+    /// Pressure above that of the air in Pa.
+    pub pressure: Vec<f64>,
+    /// Velocity in m/s.
+    pub velocity: Vec<DVec3>,
+    /// Shear rate sqrt(2 D:D) in 1/s, zero where the fluid has not yielded.
+    pub shear_rate: Vec<f64>,
+    /// Shear stress sqrt(T:T/2) in Pa with T the deviatoric stress.
+    pub stress: Vec<f64>,
+    /// 1 in solid cells, 0 elsewhere.
+    pub solid: Vec<u8>,
+    /// Density of the fluid in kg/m3.
+    pub density: f64,
+    /// The domain's lower and upper corner in m.
+    pub domain: [DVec3; 2],
+    /// For each axis, whether the domain's lower and its upper side is a symmetry plane, beyond which the body goes
+    /// on mirrored.
+    pub symmetry: [[bool; 2]; 3],
+}
+
+impl Cells {
+    /// Number of the cell (i, j, k) in the fields.
+    pub fn index(&self, i: usize, j: usize, k: usize) -> usize {
+        i + self.count[0] * (j + self.count[1] * k)
+    }
+
+    /// Centre of the cell (i, j, k) in m.
+    pub fn centre(&self, i: usize, j: usize, k: usize) -> DVec3 {
+        self.origin + self.size * (DVec3::new(i as f64, j as f64, k as f64) + 0.5)
+    }
+
+    /// How many times the whole body holds what the domain holds: 2 for each symmetry plane.
+    pub fn copies(&self) -> f64 {
+        let planes = self.symmetry.iter().flatten().filter(|plane| **plane).count();
+        2f64.powi(planes as i32)
+    }
+}
