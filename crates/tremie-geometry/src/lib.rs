@@ -1,7 +1,9 @@
 //! Shapes by signed distance: where fluid starts, and later where solids stand and how they move.
 //!
-//! A [`Shape`] answers one question, [`Shape::signed_distance`] (metres, negative inside); everything else here
-//! follows from it.
+//! A [`Shape`] answers one question, [`Shape::signed_distance`] (metres, negative inside); everything else about
+//! it follows from that. [`isosurface`] goes the other way: from values on a grid to the surface they describe.
+
+pub mod isosurface;
 
 use tremie_numerics::DVec3;
 
