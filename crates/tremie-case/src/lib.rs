@@ -1,1 +1,23 @@
-//! Placeholder
+//! The case file: what the user wants computed, read from TOML, checked, and in SI units.
+//!
+//! [`Case::parse`] gives plain data without a trace of TOML, or a [`CaseError`] that shows the line, says what is
+//! wrong with it and what to write instead. [`units`] reads quantities such as `"30 Pa s"`; the command line uses
+//! it too.
+//!
+//! Inside: `document` wraps the parsed document in getters that know where everything stands; `schema` says which keys
+//! there are and what they mean (a new section, flow curve or shape is one entry there); `check` holds what is
+//! wrong only in combination; `fault` turns a complaint about a place in the text into a message.
+
+mod case;
+mod check;
+mod document;
+mod fault;
+mod schema;
+mod suggestion;
+pub mod units;
+
+pub use case::{
+    Case, Domain, FluidRegion, Gauges, Lbm, Material, Method, Output, Precision, Rest, Side, SpreadGauge,
+    Stop,
+};
+pub use fault::{CaseError, InvalidCase};

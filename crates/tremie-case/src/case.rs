@@ -1,0 +1,191 @@
+//! The case as plain data, in SI units.
+
+use std::path::Path;
+
+use tremie_geometry::Shape;
+use tremie_numerics::{DVec2, DVec3};
+use tremie_rheology::FlowCurve;
+
+use crate::document::Document;
+use crate::fault::{CaseError, InvalidCase};
+use crate::{check, schema};
+
+/// What is to be computed: complete, checked, and free of contradictions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case {
+    /// What the user calls it.
+    pub title: String,
+    /// The fluid.
+    pub material: Material,
+    /// The box in which it flows.
+    pub domain: Domain,
+    /// Where the fluid is at the start; at least one region. Regions may overlap each other and reach beyond the
+    /// domain, outside of which they count for nothing.
+    pub fluid: Vec<FluidRegion>,
+    /// How the flow is computed.
+    pub method: Method,
+    /// When the run ends.
+    pub stop: Stop,
+    /// What is measured during the run.
+    pub gauges: Gauges,
+    /// What is written during the run.
+    pub output: Output,
+    /// The case file as read.
+    pub text: String,
+}
+
+/// A fluid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Material {
+    /// Density in kg/m3, positive.
+    pub density: f64,
+    /// Flow curve, of positive viscosity.
+    pub curve: FlowCurve,
+}
+
+/// The axis-parallel box in which the fluid flows, and what drives it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Domain {
+    /// Corner with the smallest coordinates, in m.
+    pub min: DVec3,
+    /// Corner with the largest coordinates, in m.
+    pub max: DVec3,
+    /// Body acceleration in m/s2.
+    pub gravity: DVec3,
+    /// What bounds the domain at x_min, x_max, y_min, y_max, z_min, z_max.
+    pub sides: [Side; 6],
+}
+
+impl Domain {
+    /// Number of cells along each axis for cells of edge `cell_size` in m.
+    pub fn cells(&self, cell_size: f64) -> [usize; 3] {
+        ((self.max - self.min) / cell_size).to_array().map(|n| n.round() as usize)
+    }
+}
+
+/// One of the six sides of the domain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Side {
+    /// A wall to which the fluid sticks.
+    Wall {
+        /// Velocity of the wall in m/s, within its own plane.
+        velocity: DVec3,
+    },
+    /// A plane of symmetry.
+    Symmetry,
+    /// What leaves here enters on the opposite side, which is periodic too.
+    Periodic,
+}
+
+impl Side {
+    /// A wall at rest.
+    pub const REST: Self = Self::Wall { velocity: DVec3::ZERO };
+}
+
+/// Fluid at the start of the run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FluidRegion {
+    /// Where it is.
+    pub shape: Shape,
+    /// How it moves, in m/s.
+    pub velocity: DVec3,
+}
+
+/// Numerical method and its settings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Method {
+    /// Free-surface lattice Boltzmann.
+    Lbm(Lbm),
+}
+
+/// Settings of the lattice Boltzmann method.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lbm {
+    /// Edge of a cell in m; the domain is a whole number of cells along each axis.
+    pub cell_size: f64,
+    /// Format of the populations.
+    pub precision: Precision,
+    /// Time step in s; chosen by the solver if absent.
+    pub time_step: Option<f64>,
+    /// Largest relative change of density due to the weight of the fluid (the method is slightly compressible).
+    pub hydrostatic_error: f64,
+    /// Largest speed in cells per time step.
+    pub lattice_speed: f64,
+    /// Kinematic viscosity in cells squared per time step that a chosen time step aims at.
+    pub lattice_viscosity: f64,
+}
+
+/// Floating-point format.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Precision {
+    /// 32 bits.
+    F32,
+    /// 64 bits.
+    F64,
+}
+
+/// When the run ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stop {
+    /// At this simulated time in s at the latest.
+    pub time: f64,
+    /// Earlier if the fluid comes to rest.
+    pub rest: Option<Rest>,
+}
+
+/// When the fluid counts as being at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rest {
+    /// The spread grows by less than this, in m/s; counts only where there is a spread gauge.
+    pub spread_rate: f64,
+    /// 99 % of the fluid is slower than this, in m/s.
+    pub speed: f64,
+    /// Both hold for this long, in s.
+    pub duration: f64,
+}
+
+/// What is measured during the run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gauges {
+    /// Simulated time between two readings in s.
+    pub interval: f64,
+    /// Diameter of the spreading fluid.
+    pub spread: Option<SpreadGauge>,
+}
+
+/// Measures how far the fluid has spread.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpreadGauge {
+    /// Vertical axis from which the spread is measured: x and y in m.
+    pub centre: DVec2,
+}
+
+/// What is written during the run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Output {
+    /// Simulated time between two snapshots of the fields in s; none are written if absent.
+    pub snapshot_interval: Option<f64>,
+    /// Simulated time between two pictures in s; none are drawn if absent.
+    pub picture_interval: Option<f64>,
+    /// Wall-clock time between two checkpoints in s.
+    pub checkpoint_interval: f64,
+}
+
+impl Case {
+    /// Reads a case from `text`; `name` stands for the file in messages.
+    pub fn parse(name: &str, text: &str) -> Result<Self, CaseError> {
+        let case = Document::parse(text).and_then(|document| {
+            let case = schema::read(&document, text)?;
+            check::check(&case, &document)?;
+            Ok(case)
+        });
+        case.map_err(|fault| InvalidCase::new(name, text, fault).into())
+    }
+
+    /// Reads a case file.
+    pub fn read(path: &Path) -> Result<Self, CaseError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| CaseError::Read { path: path.to_owned(), source })?;
+        Self::parse(&path.display().to_string(), &text)
+    }
+}

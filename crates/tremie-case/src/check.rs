@@ -1,0 +1,189 @@
+//! What is wrong with a case only in combination: every value is fine by itself, but they contradict each other.
+
+use tremie_geometry::Shape;
+use tremie_numerics::DVec3;
+
+use crate::case::{Case, Domain, Lbm, Method, Side};
+use crate::document::Document;
+use crate::fault::Fault;
+use crate::schema::SIDE_KEYS;
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// More cells than this have no place in the memory of any machine that is likely to run the case.
+const MOST_CELLS: f64 = 2_147_483_648.0;
+
+/// A domain is a whole number of cells if it is one up to this share of a cell.
+const CELL_TOLERANCE: f64 = 1e-6;
+
+/// Refuses contradictions.
+pub(crate) fn check(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
+    corners(case.domain.min, case.domain.max, "domain", document)?;
+    sides(&case.domain, document)?;
+    match &case.method {
+        Method::Lbm(lbm) => cells(&case.domain, lbm, document)?,
+    }
+    for (index, region) in case.fluid.iter().enumerate() {
+        shape(&region.shape, &format!("fluid.{index}"), &case.domain, document)?;
+    }
+    gauges(case, document)
+}
+
+/// A box between two corners is not empty.
+fn corners(min: DVec3, max: DVec3, path: &str, document: &Document<'_>) -> Result<(), Fault> {
+    for (axis, name) in AXES.iter().enumerate() {
+        if min[axis] >= max[axis] {
+            return Err(Fault::new(
+                document.locate(&format!("{path}.max.{axis}")),
+                format!("the largest {name} must be larger than the smallest"),
+                format!("write more than \"{} m\"", min[axis]),
+            )
+            .related(document.find(&format!("{path}.min.{axis}")), "the smallest"));
+        }
+    }
+    Ok(())
+}
+
+/// Opposite sides are both periodic or neither is; walls move within their plane.
+fn sides(domain: &Domain, document: &Document<'_>) -> Result<(), Fault> {
+    let path = |index: usize| format!("domain.sides.{}", SIDE_KEYS[index]);
+    for (index, side) in domain.sides.iter().enumerate() {
+        let opposite = index ^ 1;
+        let axis = index / 2;
+        match side {
+            Side::Periodic if domain.sides[opposite] != Side::Periodic => {
+                return Err(Fault::new(
+                    document.locate(&path(index)),
+                    format!("`{}` is periodic, but the opposite side is not", SIDE_KEYS[index]),
+                    format!("write {} = \"periodic\" too, or neither", SIDE_KEYS[opposite]),
+                )
+                .related(document.find(&path(opposite)), "the opposite side"));
+            }
+            Side::Wall { velocity } if velocity[axis] != 0.0 => {
+                return Err(Fault::new(
+                    document.locate(&format!("{}.velocity.{axis}", path(index))),
+                    format!("the wall `{}` must move within its own plane", SIDE_KEYS[index]),
+                    format!("write \"0 m/s\" for the velocity in {}", AXES[axis]),
+                ));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// The domain is a whole number of cells along each axis, and not too many.
+fn cells(domain: &Domain, lbm: &Lbm, document: &Document<'_>) -> Result<(), Fault> {
+    let cell_size = lbm.cell_size;
+    let cell_size_span = document.locate("lbm.cell_size");
+    let cells = (domain.max - domain.min) / cell_size;
+    for (axis, name) in AXES.iter().enumerate() {
+        if cells[axis] < 1.0 - CELL_TOLERANCE {
+            let size = domain.max[axis] - domain.min[axis];
+            return Err(Fault::new(
+                cell_size_span,
+                "the cells are larger than the domain",
+                format!("write \"{size} m\" at most"),
+            )
+            .related(
+                document.find(&format!("domain.max.{axis}")),
+                format!("the domain is {size} m along {name}"),
+            ));
+        }
+    }
+    let number = cells.element_product();
+    if number > MOST_CELLS {
+        return Err(Fault::new(
+            cell_size_span,
+            format!("the domain has {number:.2e} cells, more than {MOST_CELLS:.2e}"),
+            "write a larger cell size, or a smaller domain",
+        ));
+    }
+    for (axis, name) in AXES.iter().enumerate() {
+        if (cells[axis] - cells[axis].round()).abs() > CELL_TOLERANCE {
+            let nearby = |n: f64| format!("\"{} m\"", tidy(domain.min[axis] + n * cell_size));
+            return Err(Fault::new(
+                document.locate(&format!("domain.max.{axis}")),
+                format!("the domain is {:.2} cells along {name}, not a whole number", cells[axis]),
+                format!(
+                    "write {} or {}",
+                    nearby(cells[axis].floor().max(1.0)),
+                    nearby(cells[axis].floor() + 1.0)
+                ),
+            )
+            .related(Some(cell_size_span), "the cell size"));
+        }
+    }
+    Ok(())
+}
+
+/// Without the noise in the last digits that a sum of decimal numbers leaves.
+fn tidy(number: f64) -> f64 {
+    format!("{number:.11e}").parse().unwrap_or(number)
+}
+
+/// A shape has a volume, and meets the domain.
+fn shape(shape: &Shape, path: &str, domain: &Domain, document: &Document<'_>) -> Result<(), Fault> {
+    match *shape {
+        Shape::Box { min, max } => corners(min, max, &format!("{path}.box"), document)?,
+        Shape::Cone { base_radius: 0.0, top_radius: 0.0, .. } => {
+            let span = document.locate(&format!("{path}.cone.base_diameter"));
+            let top = document.find(&format!("{path}.cone.top_diameter"));
+            return Err(Fault::new(span, "both diameters of the cone are zero", "write \"200 mm\", say")
+                .related(top, "zero too"));
+        }
+        Shape::Cylinder { axis: DVec3::ZERO, .. } => {
+            let span = document.locate(&format!("{path}.cylinder.axis"));
+            return Err(Fault::new(
+                span,
+                "the axis of the cylinder has no direction",
+                "write [0, 0, 1], say",
+            ));
+        }
+        _ => {}
+    }
+    let (min, max) = shape.bounds();
+    for (axis, name) in AXES.iter().enumerate() {
+        if max[axis] <= domain.min[axis] || min[axis] >= domain.max[axis] {
+            return Err(Fault::new(
+                document.locate(path),
+                "this fluid lies outside the domain",
+                format!("{name} from {} m to {} m", tidy(min[axis]), tidy(max[axis])),
+            )
+            .related(
+                document.find("domain"),
+                format!("{name} from {} m to {} m", domain.min[axis], domain.max[axis]),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// What is measured is inside the domain, and what the stop rule asks for is measured.
+fn gauges(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
+    match case.gauges.spread {
+        Some(spread) => {
+            let (min, max) = (case.domain.min.truncate(), case.domain.max.truncate());
+            for axis in 0..2 {
+                if spread.centre[axis] < min[axis] || spread.centre[axis] > max[axis] {
+                    return Err(Fault::new(
+                        document.locate(&format!("gauges.spread.centre.{axis}")),
+                        "the spread is measured from an axis outside the domain",
+                        format!("write \"{} m\" to \"{} m\"", min[axis], max[axis]),
+                    ));
+                }
+            }
+        }
+        None => {
+            if let Some(span) = document.find("stop.rest.spread_rate") {
+                return Err(Fault::new(
+                    span,
+                    "the run is to stop by its spread, but there is no spread gauge",
+                    "remove this, or add the gauge",
+                )
+                .help("add spread = { centre = [\"0 m\", \"0 m\"] } to [gauges]"));
+            }
+        }
+    }
+    Ok(())
+}

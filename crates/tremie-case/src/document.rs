@@ -1,0 +1,393 @@
+//! A parsed TOML document in which every value knows its name and where it stands.
+//!
+//! Tables are read key by key with [`Table::need`] and [`Table::maybe`]. What may stand under a key is a [`Kind`]: a
+//! [`Quantity`], a [`Vector`], a [`Text`], a [`Choice`] of words, a [`Section`] with keys of its own, [`Variants`] of
+//! which one must be there, a [`List`]. A kind refuses what does not fit, at the place where it stands.
+
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::fault::Fault;
+use crate::suggestion::{either, nearest};
+use crate::units::{self, Dimension};
+
+/// A syntactically correct TOML document.
+pub(crate) struct Document<'a>(Spanned<DeValue<'a>>);
+
+impl<'a> Document<'a> {
+    /// Parses `text`; the first syntax error is the fault.
+    pub(crate) fn parse(text: &'a str) -> Result<Self, Fault> {
+        match DeTable::parse(text) {
+            Ok(table) => Ok(Self(Spanned::new(table.span(), DeValue::Table(table.into_inner())))),
+            Err(error) => {
+                let span = error.span().unwrap_or(0..0);
+                Err(Fault::new(span, format!("not valid TOML: {}", error.message()), ""))
+            }
+        }
+    }
+
+    /// The whole document as a value, without a name.
+    pub(crate) fn root(&self) -> Value<'_> {
+        Value { name: String::new(), node: &self.0 }
+    }
+
+    /// Where the value stands that is reached by the keys and indices in `path`, such as `domain.max.2`.
+    pub(crate) fn find(&self, path: &str) -> Option<Range<usize>> {
+        let node = path.split('.').try_fold(&self.0, |node, step| child(node, step));
+        node.map(Spanned::span)
+    }
+
+    /// The same, or where the innermost table stands that should hold it.
+    pub(crate) fn locate(&self, path: &str) -> Range<usize> {
+        let mut node = &self.0;
+        for step in path.split('.') {
+            match child(node, step) {
+                Some(child) => node = child,
+                None => break,
+            }
+        }
+        node.span()
+    }
+}
+
+fn child<'n, 'a>(node: &'n Spanned<DeValue<'a>>, step: &str) -> Option<&'n Spanned<DeValue<'a>>> {
+    match node.get_ref() {
+        DeValue::Table(table) => table.get(step),
+        DeValue::Array(array) => array.get(step.parse::<usize>().ok()?),
+        _ => None,
+    }
+}
+
+/// A value with its name, such as `domain.max`.
+pub(crate) struct Value<'a> {
+    name: String,
+    node: &'a Spanned<DeValue<'a>>,
+}
+
+impl<'a> Value<'a> {
+    pub(crate) fn get(&self) -> &'a DeValue<'a> {
+        self.node.get_ref()
+    }
+
+    pub(crate) fn fault(&self, problem: impl std::fmt::Display, label: impl Into<String>) -> Fault {
+        Fault::new(self.node.span(), format!("`{}` {problem}", self.name), label)
+    }
+
+    pub(crate) fn wrong_type(&self, expected: impl std::fmt::Display) -> Fault {
+        let found = match self.get() {
+            DeValue::String(_) => "a text".to_owned(),
+            DeValue::Integer(_) | DeValue::Float(_) => "a number".to_owned(),
+            DeValue::Boolean(value) => value.to_string(),
+            DeValue::Datetime(_) => "a date".to_owned(),
+            DeValue::Array(array) => format!("an array of {} values", array.len()),
+            DeValue::Table(_) => "a table".to_owned(),
+        };
+        self.fault(format!("is {found}"), format!("expected {expected}"))
+    }
+
+    /// Component of an array; the value itself if there is none.
+    pub(crate) fn component(&self, index: usize) -> Value<'a> {
+        let node = self.get().as_array().and_then(|array| array.get(index)).unwrap_or(self.node);
+        Value { name: self.name.clone(), node }
+    }
+}
+
+/// What may stand under a key.
+pub(crate) trait Kind {
+    type Out;
+    fn read(&self, value: &Value<'_>) -> Result<Self::Out, Fault>;
+    /// A sentence that says what to write where it is missing; `name` is the full name of the key, `key` its last part.
+    fn example(&self, name: &str, key: &str) -> String;
+}
+
+/// A table whose keys are all known.
+pub(crate) struct Table<'a> {
+    value: &'a Value<'a>,
+    entries: &'a DeTable<'a>,
+}
+
+impl<'a> Table<'a> {
+    fn open(value: &'a Value<'a>, keys: &[&dyn Keys], example: &str) -> Result<Self, Fault> {
+        let DeValue::Table(entries) = value.get() else {
+            return Err(value.wrong_type(format!("{{ {example} }}")));
+        };
+        let known: Vec<&str> = keys.iter().flat_map(|keys| keys.names()).collect();
+        let unknown = entries.keys().filter(|key| !known.contains(&key.get_ref().as_ref()));
+        if let Some(key) = unknown.min_by_key(|key| key.span().start) {
+            let place = if value.name.is_empty() { String::new() } else { format!(" in `{}`", value.name) };
+            let label = match nearest(key.get_ref(), &known) {
+                Some(meant) => format!("did you mean `{meant}`?"),
+                None => "not known here".to_owned(),
+            };
+            return Err(Fault::new(key.span(), format!("there is no key `{}`{place}", key.get_ref()), label)
+                .help(format!("known keys: {}", known.join(", "))));
+        }
+        Ok(Self { value, entries })
+    }
+
+    /// The value under a key, as written.
+    pub(crate) fn value(&self, key: &str) -> Option<Value<'a>> {
+        self.entries.get(key).map(|node| Value { name: self.name(key), node })
+    }
+
+    /// Reads a key that must be there.
+    pub(crate) fn need<K: Kind>(&self, key: &str, kind: &K) -> Result<K::Out, Fault> {
+        match self.maybe(key, kind)? {
+            Some(out) => Ok(out),
+            None => {
+                let name = self.name(key);
+                Err(Fault::new(self.value.node.span(), format!("`{name}` is missing"), "")
+                    .help(kind.example(&name, key)))
+            }
+        }
+    }
+
+    /// Reads a key that may be there.
+    pub(crate) fn maybe<K: Kind>(&self, key: &str, kind: &K) -> Result<Option<K::Out>, Fault> {
+        self.value(key).map(|value| kind.read(&value)).transpose()
+    }
+
+    /// Reads the one of the variants that is there; `what` says what they are.
+    pub(crate) fn one_of<T>(&self, what: &str, variants: &Variants<T>) -> Result<T, Fault> {
+        let mut present = variants.0.iter().filter_map(|(key, section)| Some((self.value(key)?, section)));
+        match (present.next(), present.next()) {
+            (Some((value, section)), None) => section.read(&value),
+            (Some((first, _)), Some((second, _))) => Err(second
+                .fault(format!("is a second {what}"), "keep only one of them")
+                .related(Some(first.node.span()), format!("`{}` is the first", first.name))),
+            (None, _) => {
+                let lines: Vec<String> = variants
+                    .0
+                    .iter()
+                    .map(|(key, section)| format!("\n  {key} = {{ {} }}", section.example.join(", ")))
+                    .collect();
+                Err(self
+                    .value
+                    .fault(format!("has no {what}"), "")
+                    .help(format!("add one of{}", lines.concat())))
+            }
+        }
+    }
+
+    fn name(&self, key: &str) -> String {
+        if self.value.name.is_empty() { key.to_owned() } else { format!("{}.{key}", self.value.name) }
+    }
+}
+
+/// A key or several that a table may have.
+pub(crate) trait Keys: Sync {
+    fn names(&self) -> Vec<&'static str>;
+}
+
+impl Keys for &'static str {
+    fn names(&self) -> Vec<&'static str> {
+        vec![self]
+    }
+}
+
+impl<const N: usize> Keys for [&'static str; N] {
+    fn names(&self) -> Vec<&'static str> {
+        self.to_vec()
+    }
+}
+
+/// A table with keys of its own.
+pub(crate) struct Section<T> {
+    /// All the keys that there may be.
+    pub(crate) keys: &'static [&'static dyn Keys],
+    /// Lines that make a valid section.
+    pub(crate) example: &'static [&'static str],
+    pub(crate) read: fn(&Table<'_>) -> Result<T, Fault>,
+}
+
+impl<T> Kind for Section<T> {
+    type Out = T;
+
+    fn read(&self, value: &Value<'_>) -> Result<T, Fault> {
+        (self.read)(&Table::open(value, self.keys, &self.example.join(", "))?)
+    }
+
+    fn example(&self, name: &str, key: &str) -> String {
+        if name == key {
+            format!("add\n  [{name}]\n  {}", self.example.join("\n  "))
+        } else {
+            format!("add {key} = {{ {} }}", self.example.join(", "))
+        }
+    }
+}
+
+/// Sections that exclude each other.
+pub(crate) struct Variants<T: 'static>(pub(crate) &'static [(&'static str, Section<T>)]);
+
+impl<T> Keys for Variants<T> {
+    fn names(&self) -> Vec<&'static str> {
+        self.0.iter().map(|(key, _)| *key).collect()
+    }
+}
+
+/// One or more of a kind, written `[[key]]`.
+pub(crate) struct List<K>(pub(crate) K);
+
+impl<T> Kind for List<Section<T>> {
+    type Out = Vec<T>;
+
+    fn read(&self, value: &Value<'_>) -> Result<Vec<T>, Fault> {
+        match value.get() {
+            DeValue::Array(array) if !array.is_empty() => {
+                (0..array.len()).map(|index| self.0.read(&value.component(index))).collect()
+            }
+            DeValue::Array(_) => {
+                Err(value.fault("is empty", "").help(self.example(&value.name, &value.name)))
+            }
+            _ => Err(value.wrong_type(format!("[[{}]] with double brackets", value.name))),
+        }
+    }
+
+    fn example(&self, name: &str, _: &str) -> String {
+        format!("add\n  [[{name}]]\n  {}", self.0.example.join("\n  "))
+    }
+}
+
+/// A number with a unit.
+#[derive(Clone, Copy)]
+pub(crate) struct Quantity {
+    pub(crate) dimension: Dimension,
+    pub(crate) range: Bound,
+    /// As one would write it.
+    pub(crate) example: &'static str,
+}
+
+/// Which values a quantity may have.
+#[derive(Clone, Copy)]
+pub(crate) enum Bound {
+    Any,
+    NotNegative,
+    Positive,
+    /// Positive and at most this.
+    UpTo(f64),
+}
+
+impl Quantity {
+    fn written(&self) -> String {
+        if self.dimension == Dimension::NUMBER {
+            self.example.to_owned()
+        } else {
+            format!("\"{}\"", self.example)
+        }
+    }
+}
+
+impl Kind for Quantity {
+    type Out = f64;
+
+    fn read(&self, value: &Value<'_>) -> Result<f64, Fault> {
+        let text = match value.get() {
+            DeValue::String(text) => text.to_string(),
+            DeValue::Integer(number) => number.to_string(),
+            DeValue::Float(number) => number.as_str().to_owned(),
+            _ => return Err(value.wrong_type(format!("{}, such as {}", self.dimension, self.written()))),
+        };
+        let number = units::parse(&text, self.dimension).map_err(|error| {
+            let problem = format!("cannot be read: {}", error.problem());
+            value.fault(problem, error.remedy())
+        })?;
+        let refusal = match self.range {
+            Bound::Any => None,
+            Bound::NotNegative => (number < 0.0).then(|| "must not be negative".to_owned()),
+            Bound::Positive => (number <= 0.0).then(|| "must be positive".to_owned()),
+            Bound::UpTo(most) => {
+                (number <= 0.0 || number > most).then(|| format!("must be positive and at most {most}"))
+            }
+        };
+        match refusal {
+            None => Ok(number),
+            Some(problem) => Err(value.fault(problem, format!("write for example {}", self.written()))),
+        }
+    }
+
+    fn example(&self, _: &str, key: &str) -> String {
+        format!("add {key} = {}", self.written())
+    }
+}
+
+/// Components of the same kind.
+pub(crate) struct Vector<const N: usize>(pub(crate) Quantity);
+
+impl<const N: usize> Vector<N> {
+    fn written(&self) -> String {
+        format!("[{}]", vec![self.0.written(); N].join(", "))
+    }
+}
+
+impl<const N: usize> Kind for Vector<N> {
+    type Out = [f64; N];
+
+    fn read(&self, value: &Value<'_>) -> Result<[f64; N], Fault> {
+        if value.get().as_array().is_none_or(|array| array.len() != N) {
+            return Err(value.wrong_type(format!("{N} components, such as {}", self.written())));
+        }
+        let mut components = [0.0; N];
+        for (index, component) in components.iter_mut().enumerate() {
+            *component = self.0.read(&value.component(index))?;
+        }
+        Ok(components)
+    }
+
+    fn example(&self, _: &str, key: &str) -> String {
+        format!("add {key} = {}", self.written())
+    }
+}
+
+/// Any text.
+pub(crate) struct Text {
+    pub(crate) example: &'static str,
+}
+
+impl Kind for Text {
+    type Out = String;
+
+    fn read(&self, value: &Value<'_>) -> Result<String, Fault> {
+        match value.get() {
+            DeValue::String(text) => Ok(text.to_string()),
+            _ => Err(value.wrong_type(format!("a text, such as \"{}\"", self.example))),
+        }
+    }
+
+    fn example(&self, _: &str, key: &str) -> String {
+        format!("add {key} = \"{}\"", self.example)
+    }
+}
+
+/// One of a few words, each of which stands for something.
+pub(crate) struct Choice<T: 'static>(pub(crate) &'static [(&'static str, T)]);
+
+impl<T> Choice<T> {
+    /// The words, as one would write them.
+    pub(crate) fn written(&self) -> String {
+        either(self.0.iter().map(|(word, _)| format!("\"{word}\"")))
+    }
+}
+
+impl<T> Kind for Choice<T> {
+    type Out = &'static (&'static str, T);
+
+    fn read(&self, value: &Value<'_>) -> Result<Self::Out, Fault> {
+        let DeValue::String(text) = value.get() else {
+            return Err(value.wrong_type(self.written()));
+        };
+        let words: Vec<&str> = self.0.iter().map(|(word, _)| *word).collect();
+        self.0.iter().find(|(word, _)| *word == text.as_ref()).ok_or_else(|| {
+            let label = match nearest(text, &words) {
+                Some(meant) => format!("did you mean \"{meant}\"?"),
+                None => format!("write {}", self.written()),
+            };
+            value.fault(format!("cannot be \"{text}\""), label)
+        })
+    }
+
+    fn example(&self, _: &str, key: &str) -> String {
+        format!("add {key} = {}", self.written())
+    }
+}

@@ -1,0 +1,118 @@
+//! Right case files.
+
+use std::path::Path;
+
+use tremie_case::*;
+use tremie_geometry::Shape;
+use tremie_numerics::{DVec2, DVec3};
+use tremie_rheology::FlowCurve;
+
+use super::SLUMP_FLOW;
+
+#[test]
+fn every_value_arrives_in_si_units() {
+    let case = Case::parse("slump_flow.toml", SLUMP_FLOW).unwrap();
+    let expected = Case {
+        title: "Slump flow, EN 12350-8".to_owned(),
+        material: Material {
+            density: 2300.0,
+            curve: FlowCurve::Bingham { yield_stress: 50.0, plastic_viscosity: 30.0 },
+        },
+        domain: Domain {
+            min: DVec3::ZERO,
+            max: DVec3::new(0.45, 0.45, 0.32),
+            gravity: DVec3::new(0.0, 0.0, -9.81),
+            sides: [
+                Side::Symmetry,
+                Side::REST,
+                Side::Symmetry,
+                Side::REST,
+                Side::Wall { velocity: DVec3::new(0.1, 0.0, 0.0) },
+                Side::REST,
+            ],
+        },
+        fluid: vec![
+            FluidRegion {
+                shape: Shape::Cone { base: DVec3::ZERO, base_radius: 0.1, top_radius: 0.05, height: 0.3 },
+                velocity: DVec3::new(0.0, 0.0, -0.1),
+            },
+            FluidRegion {
+                shape: Shape::Cylinder { point: DVec3::ZERO, axis: DVec3::Y, radius: 0.005 },
+                velocity: DVec3::ZERO,
+            },
+        ],
+        method: Method::Lbm(Lbm {
+            cell_size: 0.005,
+            precision: Precision::F64,
+            time_step: Some(0.0002),
+            hydrostatic_error: 0.03,
+            lattice_speed: 0.1,
+            lattice_viscosity: 1.0 / 6.0,
+        }),
+        stop: Stop { time: 120.0, rest: Some(Rest { spread_rate: 5e-5, speed: 0.002, duration: 1.0 }) },
+        gauges: Gauges { interval: 0.02, spread: Some(SpreadGauge { centre: DVec2::ZERO }) },
+        output: Output { snapshot_interval: Some(1.0), picture_interval: None, checkpoint_interval: 60.0 },
+        text: SLUMP_FLOW.to_owned(),
+    };
+    assert_eq!(case, expected);
+    assert_eq!(case.domain.cells(0.005), [90, 90, 64]);
+}
+
+/// A channel between two plates, driven by a body force, with nothing that could be left out.
+const CHANNEL: &str = r#"
+title = "Channel"
+method = "lbm"
+material = { density = "1 g/cm3", newtonian.viscosity = "1 Pa s" }
+domain.min = ["-1 cm", "0 m", "0 m"]
+domain.max = ["1 cm", "1 mm", "10 mm"]
+domain.gravity = ["1 m/s2", "0 m/s2", "0 m/s2"]
+domain.sides = { x_min = "periodic", x_max = "periodic", y_min = "periodic", y_max = "periodic" }
+fluid = [{ box = { min = ["-1 m", "-1 m", "-1 m"], max = ["1 m", "1 m", "1 m"] } },
+         { sphere = { centre = ["0 m", "0 m", "0 m"], diameter = "2 mm" } }]
+lbm.cell_size = "1 mm"
+gauges.interval = "1 s"
+stop.time = "10 s"
+"#;
+
+#[test]
+fn inline_tables_and_dotted_keys_do_as_well_as_headers() {
+    let case = Case::parse("channel.toml", CHANNEL).unwrap();
+    assert_eq!(case.material, Material { density: 1000.0, curve: FlowCurve::Newtonian { viscosity: 1.0 } });
+    assert_eq!(case.domain.sides[0..4], [Side::Periodic; 4]);
+    assert_eq!(case.domain.cells(0.001), [20, 1, 10]);
+    assert_eq!(case.fluid[1].shape, Shape::Sphere { centre: DVec3::ZERO, radius: 0.001 });
+}
+
+#[test]
+fn what_is_left_out_takes_its_default() {
+    let case = Case::parse("channel.toml", CHANNEL).unwrap();
+    let Method::Lbm(lbm) = case.method;
+    assert_eq!((lbm.precision, lbm.time_step), (Precision::F32, None));
+    assert_eq!((lbm.hydrostatic_error, lbm.lattice_speed), (0.02, 0.1));
+    assert_eq!(case.domain.sides[4..], [Side::REST; 2]);
+    assert_eq!((case.stop.rest, case.gauges.spread), (None, None));
+    assert_eq!(case.output.checkpoint_interval, 60.0);
+
+    let without_gravity: String =
+        CHANNEL.lines().filter(|line| !line.contains("gravity")).map(|l| format!("{l}\n")).collect();
+    let case = Case::parse("channel.toml", &without_gravity).unwrap();
+    assert_eq!(case.domain.gravity, DVec3::new(0.0, 0.0, -9.81));
+}
+
+#[test]
+fn rest_without_a_spread_gauge_is_judged_by_speed() {
+    let case = Case::parse("channel.toml", &format!("{CHANNEL}stop.rest = {{}}\n")).unwrap();
+    assert_eq!(case.stop.rest, Some(Rest { spread_rate: 5e-5, speed: 1e-3, duration: 1.0 }));
+}
+
+#[test]
+fn a_file_is_read_by_its_path() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/main/slump_flow.toml");
+    assert_eq!(Case::read(&path).unwrap().text, SLUMP_FLOW);
+    let error = Case::read(Path::new("no/such/case.toml")).unwrap_err();
+    assert!(
+        error.render(false).starts_with("error: cannot read the case file no/such/case.toml: "),
+        "{}",
+        error.render(false)
+    );
+}

@@ -1,0 +1,207 @@
+//! Wrong case files: each is the slump flow with one change, and is refused at the line and with the words expected.
+
+use tremie_case::{Case, CaseError};
+
+use super::SLUMP_FLOW;
+
+/// What is replaced, by what, and the message expected: the part of the file that it points at, and a part of it.
+struct Mistake {
+    right: &'static str,
+    wrong: &'static str,
+    line: usize,
+    column: usize,
+    says: &'static str,
+}
+
+const fn mistake(
+    right: &'static str,
+    wrong: &'static str,
+    line: usize,
+    column: usize,
+    says: &'static str,
+) -> Mistake {
+    Mistake { right, wrong, line, column, says }
+}
+
+const MISTAKES: &[Mistake] = &[
+    // Syntax and keys.
+    mistake("title =", "title", 1, 7, "key with no value, expected `=`"),
+    mistake("\"lbm\"", "\"lbm", 2, 14, "not valid TOML"),
+    mistake("[stop]", "[gauges]", 37, 2, "duplicate key"),
+    mistake("yield_stress", "yeild_stress", 7, 1, "did you mean `yield_stress`?"),
+    mistake("yield_stress", "yeild_stress", 7, 1, "known keys: yield_stress, plastic_viscosity"),
+    mistake("cell_size", "temperature", 28, 1, "there is no key `temperature` in `lbm`"),
+    mistake("[stop]", "[stopp]", 37, 2, "did you mean `stop`?"),
+    mistake("[material.bingham]", "[material.casson]", 6, 11, "known keys: density, newtonian, bingham"),
+    mistake("x_min", "left", 15, 1, "known keys: x_min, x_max, y_min"),
+    mistake("top_diameter", "diameter", 21, 66, "in `fluid.cone`"),
+    // Missing.
+    mistake("title = \"Slump flow, EN 12350-8\"", "", 1, 1, "add title = \"Slump flow\""),
+    mistake("density = \"2300 kg/m3\"", "", 4, 1, "add density = \"2300 kg/m3\""),
+    mistake("cell_size = \"5 mm\"", "", 27, 1, "add cell_size = \"5 mm\""),
+    mistake("time = \"2 min\"", "", 37, 1, "`stop.time` is missing"),
+    mistake(", diameter = \"1 cm\"", "", 25, 12, "`fluid.cylinder.diameter` is missing"),
+    mistake("cone = {", "#", 20, 1, "`fluid` has no shape"),
+    mistake("[gauges]", "[output]\n[gauges]", 42, 2, "duplicate key"),
+    // Types.
+    mistake("\"2300 kg/m3\"", "true", 5, 11, "expected a density, such as \"2300 kg/m3\""),
+    mistake("\"5 mm\"", "[5]", 28, 13, "expected a length, such as \"5 mm\""),
+    mistake("\"Slump flow, EN 12350-8\"", "12350", 1, 9, "expected a text"),
+    mistake("\"lbm\"", "1", 2, 10, "expected \"lbm\""),
+    mistake("\"lbm\"", "\"sph\"", 2, 10, "`method` cannot be \"sph\""),
+    mistake("\"f64\"", "\"f16\"", 29, 13, "write \"f32\" or \"f64\""),
+    mistake("\"symmetry\"", "\"mirror\"", 15, 9, "write \"wall\", \"symmetry\" or \"periodic\""),
+    mistake("\"symmetry\"", "[]", 15, 9, "or { velocity = ["),
+    mistake("max = [\"0.45 m\", ", "max = [", 12, 7, "is an array of 2 values"),
+    mistake("[[fluid]]\ncylinder", "[fluid.x]\ny", 24, 8, "there is no key `x` in `fluid`"),
+    mistake("{ centre = [\"0 m\", \"0 m\"] }", "\"yes\"", 35, 10, "expected { centre = "),
+    // Quantities.
+    mistake("\"50 Pa\"", "50", 7, 16, "50 has no unit"),
+    mistake("\"50 Pa\"", "\"50\"", 7, 16, "write \"50 Pa\""),
+    mistake("\"50 Pa\"", "\"50 mm\"", 7, 16, "50 mm is a length, not a stress"),
+    mistake("\"30 Pa s\"", "\"30 Pa sec\"", 8, 21, "there is no unit \"sec\""),
+    mistake("\"2300 kg/m3\"", "\"2,3 t/m3\"", 5, 11, "write a decimal point"),
+    mistake("\"2300 kg/m3\"", "nan", 5, 11, "does not begin with a number"),
+    mistake("\"2300 kg/m3\"", "\"1e999 kg/m3\"", 5, 11, "too large"),
+    mistake("\"0.32 m\"", "0.32", 12, 28, "write \"0.32 m\" or \"0.32 mm\""),
+    mistake("\"3 %\"", "\"3 m\"", 31, 21, "3 m is a length, not a plain number"),
+    // Bounds.
+    mistake("\"2300 kg/m3\"", "\"-1 kg/m3\"", 5, 11, "`material.density` must be positive"),
+    mistake("\"2300 kg/m3\"", "\"0 kg/m3\"", 5, 11, "`material.density` must be positive"),
+    mistake("\"50 Pa\"", "\"-50 Pa\"", 7, 16, "must not be negative"),
+    mistake("\"30 Pa s\"", "\"0 Pa s\"", 8, 21, "must be positive"),
+    mistake("\"5 mm\"", "\"-5 mm\"", 28, 13, "`lbm.cell_size` must be positive"),
+    mistake("\"0.2 ms\"", "\"0 s\"", 30, 13, "must be positive"),
+    mistake("\"3 %\"", "\"300 %\"", 31, 21, "at most 1"),
+    mistake("\"20 ms\"", "\"0 s\"", 34, 12, "`gauges.interval` must be positive"),
+    mistake("\"2 min\"", "\"-2 min\"", 38, 8, "`stop.time` must be positive"),
+    mistake("snapshot_interval = \"1 s\"", "snapshot_interval = \"-1 s\"", 42, 21, "must be positive"),
+    mistake("\"300 mm\"", "\"0 mm\"", 21, 100, "`fluid.cone.height` must be positive"),
+    // Contradictions.
+    mistake(
+        "[material.bingham]",
+        "newtonian = { viscosity = \"1 Pa s\" }\n[material.bingham]",
+        7,
+        1,
+        "second flow curve",
+    ),
+    mistake(
+        "[\"0 m\", \"0 m\", \"0 m\"]",
+        "[\"0 m\", \"0.45 m\", \"0 m\"]",
+        12,
+        18,
+        "write more than \"0.45 m\"",
+    ),
+    mistake("x_min = \"symmetry\"", "x_min = \"periodic\"", 15, 9, "write x_max = \"periodic\" too"),
+    mistake("x_max = \"wall\"", "z_max = \"periodic\"", 17, 9, "write z_min = \"periodic\" too"),
+    mistake("x_max = \"wall\"", "x_max = \"periodic\"", 17, 9, "the opposite side"),
+    mistake(
+        "\"0.1 m/s\", \"0 m/s\", \"0 m/s\"",
+        "\"0 m/s\", \"0 m/s\", \"1 m/s\"",
+        18,
+        41,
+        "`z_min` must move within its own plane",
+    ),
+    mistake("\"5 mm\"", "\"0.4 m\"", 28, 13, "larger than the domain"),
+    mistake("\"5 mm\"", "\"5 um\"", 28, 13, "5.18e14 cells"),
+    mistake("\"0.45 m\", \"0.32 m\"", "\"0.4512 m\", \"0.32 m\"", 12, 18, "write \"0.45 m\" or \"0.455 m\""),
+    mistake("\"0.32 m\"", "\"321 mm\"", 12, 28, "64.20 cells along z"),
+    mistake("point = [\"0 m\"", "point = [\"1 m\"", 24, 1, "outside the domain"),
+    mistake("[0, 2, 0]", "[0, 0, 0]", 25, 52, "has no direction"),
+    mistake(
+        "\"200 mm\", top_diameter = \"100 mm\"",
+        "\"0 mm\", top_diameter = \"0 mm\"",
+        21,
+        56,
+        "both diameters of the cone are zero",
+    ),
+    mistake(
+        "cylinder = { point = [\"0 m\", \"0 m\", \"0 m\"], axis = [0, 2, 0], diameter = \"1 cm\" }",
+        "box = { min = [\"1 m\", \"0 m\", \"0 m\"], max = [\"0 m\", \"1 m\", \"1 m\"] }",
+        25,
+        45,
+        "the largest x must be larger",
+    ),
+    mistake("centre = [\"0 m\", \"0 m\"]", "centre = [\"0 m\", \"1 m\"]", 35, 29, "axis outside the domain"),
+    mistake(
+        "spread = { centre = [\"0 m\", \"0 m\"] }\n\n[stop]\ntime = \"2 min\"\nrest = {",
+        "\n[stop]\ntime = \"2 min\"\nrest = { spread_rate = \"1 mm/s\",",
+        38,
+        24,
+        "there is no spread gauge",
+    ),
+];
+
+fn refusal(text: &str) -> CaseError {
+    match Case::parse("slump_flow.toml", text) {
+        Ok(_) => panic!("accepted:\n{text}"),
+        Err(error) => error,
+    }
+}
+
+#[test]
+fn each_mistake_is_told_at_its_place() {
+    let mut failures = String::new();
+    for Mistake { right, wrong, line, column, says } in MISTAKES {
+        assert!(SLUMP_FLOW.contains(right), "{right}");
+        let error = refusal(&SLUMP_FLOW.replacen(right, wrong, 1));
+        let message = error.to_string();
+        let CaseError::Invalid(invalid) = error else { panic!("not about the text: {message}") };
+        let place = format!("slump_flow.toml:{line}:{column}\n");
+        let told = (invalid.line(), invalid.column()) == (*line, *column) && message.contains(&place);
+        if !told || !message.contains(says) {
+            failures += &format!("for {wrong:?} expected {place}{says}\nbut got\n{message}\n\n");
+        }
+    }
+    assert!(failures.is_empty(), "{failures}");
+}
+
+#[test]
+fn a_case_without_fluid_is_refused() {
+    let start = SLUMP_FLOW.find("[[fluid]]").unwrap();
+    let end = SLUMP_FLOW.find("[lbm]").unwrap();
+    let without = format!("{}{}", &SLUMP_FLOW[..start], &SLUMP_FLOW[end..]);
+    assert!(refusal(&without).to_string().contains("[[fluid]]\n"));
+    assert!(refusal(&format!("fluid = []\n{without}")).to_string().contains("`fluid` is empty"));
+    assert!(refusal(&format!("{without}[fluid]\n")).to_string().contains("expected [[fluid]]"));
+}
+
+#[test]
+fn the_size_suggested_is_accepted() {
+    // Sizes that are not round in binary, from corners that are not zero.
+    for (min, max) in [("-0.013 m", "0.4499 m"), ("0.1 mm", "7 cm"), ("-30.007 m", "-29.5 m")] {
+        let text = SLUMP_FLOW
+            .replacen("min = [\"0 m\"", &format!("min = [\"{min}\""), 1)
+            .replacen("max = [\"0.45 m\"", &format!("max = [\"{max}\""), 1)
+            .replace("cone = { base = [\"0 m\"", "cone = { base = [\"-29.8 m\"");
+        let message = refusal(&text).to_string();
+        let (_, suggestions) = message.split_once("write \"").expect("a size to write");
+        let (size, _) = suggestions.split_once('"').unwrap();
+        let better = text.replacen(max, size, 1);
+        if let Err(error) = Case::parse("better.toml", &better) {
+            assert!(!error.to_string().contains("not a whole number"), "{error}");
+        }
+    }
+}
+
+#[test]
+fn a_message_shows_the_line_and_what_to_write() {
+    let message = refusal(&SLUMP_FLOW.replace("0.45 m", "0.4512 m")).to_string();
+    let expected = r#"error: the domain is 90.24 cells along x, not a whole number
+  --> slump_flow.toml:12:8
+   |
+12 | max = ["0.4512 m", "0.4512 m", "0.32 m"]
+   |        ^^^^^^^^^^ write "0.45 m" or "0.455 m"
+...
+28 | cell_size = "5 mm"
+   |             ------ the cell size"#;
+    assert_eq!(message, expected);
+}
+
+#[test]
+fn colours_are_shown_only_if_wanted() {
+    let error = refusal("");
+    assert!(error.render(true).contains('\u{1b}'));
+    assert!(!error.render(false).contains('\u{1b}'));
+    assert_eq!(error.render(false), error.to_string());
+}
