@@ -79,7 +79,7 @@ fn cells(domain: &Domain, lbm: &Lbm, document: &Document<'_>) -> Result<(), Faul
     let cells = (domain.max - domain.min) / cell_size;
     for (axis, name) in AXES.iter().enumerate() {
         if cells[axis] < 1.0 - CELL_TOLERANCE {
-            let size = domain.max[axis] - domain.min[axis];
+            let size = tidy(domain.max[axis] - domain.min[axis]);
             return Err(Fault::new(
                 cell_size_span,
                 "the cells are larger than the domain",
@@ -117,9 +117,9 @@ fn cells(domain: &Domain, lbm: &Lbm, document: &Document<'_>) -> Result<(), Faul
     Ok(())
 }
 
-/// Without the noise in the last digits that a sum of decimal numbers leaves.
+/// Without the noise in the last digits that a sum of decimal numbers leaves, and without negative zeros.
 fn tidy(number: f64) -> f64 {
-    format!("{number:.11e}").parse().unwrap_or(number)
+    format!("{number:.11e}").parse().unwrap_or(number) + 0.0
 }
 
 /// A shape has a volume, and meets the domain.
