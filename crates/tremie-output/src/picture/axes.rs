@@ -70,7 +70,7 @@ impl Scale {
         let mut digit = 1.0;
         for candidate in [2.0, 5.0, 10.0] {
             // As many ticks as asked for, or a few more.
-            if candidate * power(exponent) <= rough * 1.3 {
+            if candidate * power(exponent) <= rough * 1.4 {
                 digit = candidate;
             }
         }
