@@ -4,10 +4,29 @@
 //! to the bit. It does no input or output and never learns which experiment it runs. Gauges, stop rules,
 //! writers and checkpoints know only these three things, so that two methods are measured by the same ruler.
 //!
+//! [`run()`] brings them together: it advances a simulation to its end and fills a [`RunFolder`] with results.
+//!
 //! Units are SI everywhere.
 
+mod checkpoint;
 mod contract;
+mod fields;
+mod folder;
+pub mod gauges;
+mod pictures;
+mod plan;
+mod progress;
+pub mod rest;
+mod run;
+mod schedule;
 mod snapshot;
+mod summary;
+pub mod surface;
 
+pub use checkpoint::Checkpoint;
 pub use contract::{Breakdown, Load, RestoreError, Simulation};
+pub use folder::{FolderError, Machine, RunFolder, RunRecord};
+pub use progress::{Observer, Progress};
+pub use run::{Outcome, RunError, run};
 pub use snapshot::{Cells, Fluid, Snapshot};
+pub use summary::{EndReason, Summary};

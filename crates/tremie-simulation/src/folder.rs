@@ -1,0 +1,331 @@
+//! The folder of a run: complete and self-describing.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | `case.toml` | the case as read, byte for byte |
+//! | `run.json` | program, method, machine, scaling, cost so far |
+//! | `summary.json` | the results in SI units |
+//! | `series.csv` | the readings of the gauges over time |
+//! | `fluid.pvd`, `fluid_000000.vti` ... | the fields |
+//! | `surface.pvd`, `surface_000000.vtp` ... | the free surface |
+//! | `above_000000.png`, `cut_000000.png` ... | pictures |
+//! | `checkpoint.tremie` | the state to go on from |
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use serde::{Deserialize, Serialize};
+use tremie_output::atomic;
+
+/// A folder that holds, or is to hold, one run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RunFolder {
+    path: PathBuf,
+}
+
+/// Why a folder cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum FolderError {
+    /// It holds something already.
+    #[error("{} is not empty: resume the run in it, give --force to replace it, or choose another folder", path.display())]
+    NotEmpty {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// There is no run in it.
+    #[error("{} holds no run: it has no {missing}", path.display())]
+    NoRun {
+        /// The folder.
+        path: PathBuf,
+        /// The file that is missing.
+        missing: &'static str,
+    },
+    /// The file system refuses.
+    #[error("cannot read or write {}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// Its reason.
+        source: io::Error,
+    },
+    /// `run.json` was not written by a run.
+    #[error("{} is damaged", path.display())]
+    Json {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: serde_json::Error,
+    },
+    /// A file could not be written.
+    #[error(transparent)]
+    Output(#[from] tremie_output::Error),
+}
+
+const CASE: &str = "case.toml";
+const RECORD: &str = "run.json";
+const SUMMARY: &str = "summary.json";
+const SERIES: &str = "series.csv";
+const CHECKPOINT: &str = "checkpoint.tremie";
+const FLUID: &str = "fluid.pvd";
+const SURFACE: &str = "surface.pvd";
+/// Prefixes and endings of the files that are numbered.
+const NUMBERED: [(&str, &str); 4] =
+    [("fluid_", ".vti"), ("surface_", ".vtp"), ("above_", ".png"), ("cut_", ".png")];
+
+impl RunFolder {
+    /// Makes the folder for a new run.
+    ///
+    /// An existing folder must be empty, unless `force` is given: then the files of the run in it are removed, and
+    /// only these.
+    ///
+    /// # Errors
+    /// [`FolderError::NotEmpty`] if something is in the way, [`FolderError::Io`] if the file system refuses.
+    pub fn create(path: &Path, force: bool) -> Result<Self, FolderError> {
+        std::fs::create_dir_all(path).map_err(io_error(path))?;
+        for entry in std::fs::read_dir(path).map_err(io_error(path))? {
+            let entry = entry.map_err(io_error(path))?;
+            if !force {
+                return Err(FolderError::NotEmpty { path: path.to_owned() });
+            }
+            if entry.file_name().to_str().is_some_and(belongs_to_run) {
+                std::fs::remove_file(entry.path()).map_err(io_error(&entry.path()))?;
+            }
+        }
+        Ok(Self { path: path.to_owned() })
+    }
+
+    /// Opens the folder of an earlier run, to resume it.
+    ///
+    /// # Errors
+    /// [`FolderError::NoRun`] if there is none in it.
+    pub fn open(path: &Path) -> Result<Self, FolderError> {
+        for missing in [CASE, RECORD] {
+            if !path.join(missing).is_file() {
+                return Err(FolderError::NoRun { path: path.to_owned(), missing });
+            }
+        }
+        Ok(Self { path: path.to_owned() })
+    }
+
+    /// Writes what describes a new run: the case as read, and the record.
+    ///
+    /// # Errors
+    /// If the file system refuses.
+    pub fn begin(&self, case: &str, record: &RunRecord) -> Result<(), FolderError> {
+        atomic::write(&self.case(), case.as_bytes())?;
+        self.write_record(record)
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The case as read.
+    pub fn case(&self) -> PathBuf {
+        self.path.join(CASE)
+    }
+
+    /// The readings over time.
+    pub fn series(&self) -> PathBuf {
+        self.path.join(SERIES)
+    }
+
+    /// The results.
+    pub fn summary(&self) -> PathBuf {
+        self.path.join(SUMMARY)
+    }
+
+    /// The collection of the fields.
+    pub fn fluid(&self) -> PathBuf {
+        self.path.join(FLUID)
+    }
+
+    /// The collection of the surfaces.
+    pub fn surface(&self) -> PathBuf {
+        self.path.join(SURFACE)
+    }
+
+    /// The state to go on from.
+    pub fn checkpoint(&self) -> PathBuf {
+        self.path.join(CHECKPOINT)
+    }
+
+    /// The record of the run.
+    ///
+    /// # Errors
+    /// If it is missing or damaged.
+    pub fn record(&self) -> Result<RunRecord, FolderError> {
+        let path = self.path.join(RECORD);
+        let text = std::fs::read_to_string(&path).map_err(io_error(&path))?;
+        serde_json::from_str(&text).map_err(|source| FolderError::Json { path, source })
+    }
+
+    pub(crate) fn write_record(&self, record: &RunRecord) -> Result<(), FolderError> {
+        self.write_json(&self.path.join(RECORD), record)
+    }
+
+    pub(crate) fn write_json(&self, path: &Path, value: &impl Serialize) -> Result<(), FolderError> {
+        let mut text = serde_json::to_string_pretty(value)
+            .map_err(|source| FolderError::Json { path: path.to_owned(), source })?;
+        text.push('\n');
+        Ok(atomic::write(path, text.as_bytes())?)
+    }
+}
+
+/// Whether a run writes files of this name.
+fn belongs_to_run(name: &str) -> bool {
+    let numbered = |(prefix, ending): &(&str, &str)| {
+        name.strip_prefix(prefix)
+            .and_then(|rest| rest.strip_suffix(ending))
+            .is_some_and(|number| !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit()))
+    };
+    [CASE, RECORD, SUMMARY, SERIES, FLUID, SURFACE, CHECKPOINT].contains(&name)
+        || NUMBERED.iter().any(numbered)
+}
+
+fn io_error(path: &Path) -> impl FnOnce(io::Error) -> FolderError {
+    move |source| FolderError::Io { path: path.to_owned(), source }
+}
+
+/// `run.json`: what ran where, and what it has cost so far.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RunRecord {
+    /// Name and version of the program.
+    pub program: String,
+    /// Numerical method.
+    pub method: String,
+    /// Seed of the random streams, if the case uses any.
+    pub seed: Option<u64>,
+    /// Time step, lattice units and the like, as the method describes them.
+    pub scaling: serde_json::Value,
+    /// Where it ran.
+    pub machine: Machine,
+    /// When the run began, in UTC.
+    pub started: String,
+    /// Wall-clock time in s, without the time between interruption and resumption.
+    pub wall_s: f64,
+    /// Time steps.
+    pub steps: u64,
+    /// Updates of wet cells or nodes.
+    pub updates: u64,
+    /// Updates of wet cells or nodes per second of wall-clock time.
+    pub updates_per_second: f64,
+    /// Why the run ended: `rest`, `time`, `interrupted` or `breakdown`; null while it goes on.
+    pub end_reason: Option<String>,
+}
+
+impl RunRecord {
+    /// The record of a run that begins now on this machine.
+    pub fn new(
+        program: impl Into<String>,
+        method: impl Into<String>,
+        seed: Option<u64>,
+        scaling: serde_json::Value,
+    ) -> Self {
+        Self {
+            program: program.into(),
+            method: method.into(),
+            seed,
+            scaling,
+            machine: Machine::this(),
+            started: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
+            wall_s: 0.0,
+            steps: 0,
+            updates: 0,
+            updates_per_second: 0.0,
+            end_reason: None,
+        }
+    }
+}
+
+/// The machine of a run.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Machine {
+    /// Operating system and architecture.
+    pub system: String,
+    /// Name of the processor, if known.
+    pub processor: Option<String>,
+    /// Cores that this process may use.
+    pub cores: usize,
+    /// Threads that compute.
+    pub threads: usize,
+}
+
+impl Machine {
+    /// The machine that this runs on.
+    pub fn this() -> Self {
+        // Linux only; elsewhere the processor stays unknown.
+        let processor = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
+            let line = text.lines().find(|line| line.starts_with("model name"))?;
+            Some(line.split_once(':')?.1.trim().to_owned())
+        });
+        Self {
+            system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+            processor,
+            cores: std::thread::available_parallelism().map_or(1, usize::from),
+            threads: rayon::current_num_threads(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record() -> RunRecord {
+        RunRecord::new("tremie 0.1.0", "lbm", None, serde_json::json!({ "time_step_s": 1e-4 }))
+    }
+
+    #[test]
+    fn results_are_not_overwritten_without_force() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("deep/run");
+        let folder = RunFolder::create(&path, false).unwrap();
+        // Still empty.
+        RunFolder::create(&path, false).unwrap();
+        folder.begin("title = \"x\"\r\n", &record()).unwrap();
+        let error = RunFolder::create(&path, false).unwrap_err();
+        assert!(matches!(error, FolderError::NotEmpty { .. }));
+        assert!(error.to_string().contains("--force") && error.to_string().contains("resume"));
+        assert_eq!(std::fs::read(folder.case()).unwrap(), b"title = \"x\"\r\n");
+    }
+
+    #[test]
+    fn force_removes_the_files_of_a_run_and_no_others() {
+        let place = tempfile::tempdir().unwrap();
+        let run =
+            [CASE, RECORD, SUMMARY, SERIES, CHECKPOINT, "fluid.pvd", "fluid_000012.vti", "cut_000000.png"];
+        let others = ["notes.txt", "fluid_.vti", "fluid_mine.vti", "above.png"];
+        for name in run.iter().chain(&others) {
+            std::fs::write(place.path().join(name), "").unwrap();
+        }
+        RunFolder::create(place.path(), true).unwrap();
+        assert!(run.iter().all(|name| !place.path().join(name).exists()));
+        assert!(others.iter().all(|name| place.path().join(name).exists()));
+    }
+
+    #[test]
+    fn a_folder_without_a_run_is_not_opened() {
+        let place = tempfile::tempdir().unwrap();
+        assert!(matches!(RunFolder::open(place.path()), Err(FolderError::NoRun { missing: CASE, .. })));
+        assert!(matches!(RunFolder::open(&place.path().join("no")), Err(FolderError::NoRun { .. })));
+        let folder = RunFolder::create(place.path(), false).unwrap();
+        folder.begin("", &record()).unwrap();
+        assert_eq!(RunFolder::open(place.path()).unwrap().record().unwrap(), record_of(&folder));
+    }
+
+    fn record_of(folder: &RunFolder) -> RunRecord {
+        folder.record().unwrap()
+    }
+
+    #[test]
+    fn a_file_in_the_way_is_named() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("file");
+        std::fs::write(&path, "").unwrap();
+        let error = RunFolder::create(&path, true).unwrap_err();
+        assert!(error.to_string().contains(&path.display().to_string()), "{error}");
+    }
+}

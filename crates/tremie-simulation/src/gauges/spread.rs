@@ -1,0 +1,268 @@
+//! Spread of a cake of fluid on the floor, as in EN 12350-8, in m.
+//!
+//! The front along a ray from the spread axis is the outermost point where the cover of the columns is one half. At a
+//! steep front that is the front itself, within a tenth of a cell; where the body thins out to a film it is where the
+//! film is half a cell thick: a grid cannot tell a thinner one from nothing. (Taken from the column heights instead,
+//! a steep front would lie half a cell too far out, since a sliver of a tall column holds as much as a film.)
+//! A front that stands against a wall of the domain is at the wall.
+
+use std::f64::consts::TAU;
+
+use tremie_numerics::DVec2;
+
+use crate::Cells;
+use crate::plan::Plan;
+
+/// Rays over the full circle; a multiple of eight, so that the diameters at 45 and 90 degrees are among them.
+const RAYS: usize = 72;
+
+/// Spread and height around a vertical axis, all in m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spread {
+    /// Mean diameter over all directions.
+    pub mean: f64,
+    /// Diameter along x.
+    pub x: f64,
+    /// Diameter along y.
+    pub y: f64,
+    /// Mean of the two diameters at 45 degrees between x and y.
+    pub diagonal: f64,
+    /// Twice the largest radius.
+    pub max: f64,
+    /// Height of the fluid on the axis.
+    pub height: f64,
+}
+
+impl Spread {
+    /// Measures the spread around the vertical axis through `centre` (x, y in m).
+    pub(super) fn measure(cells: &Cells, height: &Plan, centre: DVec2) -> Self {
+        let cover = Plan::cover(cells);
+        let radii: [f64; RAYS] =
+            std::array::from_fn(|n| front(&cover, centre, DVec2::from_angle(TAU * n as f64 / RAYS as f64)));
+        let diameter = |n: usize| radii[n] + radii[n + RAYS / 2];
+        Self {
+            mean: 2.0 * radii.iter().sum::<f64>() / RAYS as f64,
+            x: diameter(0),
+            y: diameter(RAYS / 4),
+            diagonal: 0.5 * (diameter(RAYS / 8) + diameter(3 * RAYS / 8)),
+            max: 2.0 * radii.iter().copied().fold(0.0, f64::max),
+            height: height.at(centre),
+        }
+    }
+}
+
+/// Distance in m from `centre` to the front along `direction` (of unit length); 0 if the ray meets no fluid.
+fn front(cover: &Plan, centre: DVec2, direction: DVec2) -> f64 {
+    let wet = |r: f64| cover.at(centre + r * direction) >= 0.5;
+    let reach = reach(cover.extent(), centre, direction);
+    if wet(reach) {
+        return reach;
+    }
+    // From outside inwards in steps short enough not to miss a column, then by bisection.
+    let step = 0.25 * cover.size();
+    let mut n = (reach / step).floor();
+    while n >= 0.0 && !wet(n * step) {
+        n -= 1.0;
+    }
+    if n < 0.0 {
+        return 0.0;
+    }
+    let (mut inside, mut outside) = (n * step, ((n + 1.0) * step).min(reach));
+    loop {
+        let middle = 0.5 * (inside + outside);
+        if middle <= inside || middle >= outside {
+            return inside;
+        }
+        if wet(middle) {
+            inside = middle;
+        } else {
+            outside = middle;
+        }
+    }
+}
+
+/// Distance in m along a ray to the side of a box around its origin.
+fn reach([low, high]: [DVec2; 2], centre: DVec2, direction: DVec2) -> f64 {
+    let along = |low: f64, high: f64, from: f64, slope: f64| {
+        if slope == 0.0 { f64::INFINITY } else { (if slope > 0.0 { high } else { low } - from) / slope }
+    };
+    let x = along(low.x, high.x, centre.x, direction.x);
+    let y = along(low.y, high.y, centre.y, direction.y);
+    x.min(y).max(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tremie_numerics::DVec3;
+
+    /// A round cake of radius `radius` whose height falls as `top` sqrt(1 - r / radius), in cells of edge `size`.
+    struct Cake {
+        radius: f64,
+        top: f64,
+        size: f64,
+        axis: DVec2,
+    }
+
+    impl Cake {
+        fn height(&self, point: DVec2) -> f64 {
+            self.top * (1.0 - point.distance(self.axis) / self.radius).max(0.0).sqrt()
+        }
+
+        /// Diameter at which the height is half a cell.
+        fn spread(&self) -> f64 {
+            2.0 * self.radius * (1.0 - (0.5 * self.size / self.top).powi(2))
+        }
+
+        /// Fills a domain between two corners (x, y in m).
+        fn cells(&self, min: DVec2, max: DVec2, symmetry: [[bool; 2]; 2]) -> Cells {
+            let count = |length: f64| (length / self.size).round() as usize;
+            let (nx, ny, nz) = (count(max.x - min.x), count(max.y - min.y), count(self.top) + 1);
+            let mut cells = Cells {
+                origin: min.extend(0.0),
+                size: self.size,
+                count: [nx, ny, nz],
+                fill: vec![0.0; nx * ny * nz],
+                domain: [min.extend(0.0), max.extend(nz as f64 * self.size)],
+                symmetry: [symmetry[0], symmetry[1], [false; 2]],
+                ..Cells::default()
+            };
+            const SAMPLES: usize = 8;
+            for j in 0..ny {
+                for i in 0..nx {
+                    let corner = min + self.size * DVec2::new(i as f64, j as f64);
+                    for n in 0..SAMPLES * SAMPLES {
+                        let sample = DVec2::new((n % SAMPLES) as f64, (n / SAMPLES) as f64) + 0.5;
+                        let height = self.height(corner + sample * (self.size / SAMPLES as f64));
+                        for k in 0..(height / self.size).ceil() as usize {
+                            let n = cells.index(i, j, k);
+                            let fill = (height / self.size - k as f64).min(1.0);
+                            cells.fill[n] += fill / (SAMPLES * SAMPLES) as f64;
+                        }
+                    }
+                }
+            }
+            cells
+        }
+    }
+
+    fn measure(cells: &Cells, axis: DVec2) -> Spread {
+        Spread::measure(cells, &Plan::height(cells), axis)
+    }
+
+    #[test]
+    fn spread_of_a_round_cake_at_any_size_and_place() {
+        for size in [0.01, 0.005] {
+            for offset in [DVec2::ZERO, DVec2::new(0.3, 0.1), DVec2::splat(0.5), DVec2::new(0.77, 0.41)] {
+                for (radius, top) in [(0.3, 0.05), (0.325, 0.08), (0.1537, 0.2)] {
+                    let cake = Cake { radius, top, size, axis: offset * size };
+                    let cells = cake.cells(DVec2::splat(-0.4), DVec2::splat(0.4), [[false; 2]; 2]);
+                    let spread = measure(&cells, cake.axis);
+                    for (what, value, tolerance) in [
+                        ("mean", spread.mean, 0.2),
+                        ("x", spread.x, 0.3),
+                        ("y", spread.y, 0.3),
+                        ("diagonal", spread.diagonal, 0.3),
+                        ("max", spread.max, 0.3),
+                    ] {
+                        let error = (value - cake.spread()) / size;
+                        assert!(
+                            error.abs() < tolerance,
+                            "{what} {value} of radius {radius}, cell {size}, offset {offset}: {error} cells"
+                        );
+                    }
+                    assert!((spread.height - cake.height(cake.axis)).abs() < 0.1 * top);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_quarter_reads_as_the_whole() {
+        let cake = Cake { radius: 0.31, top: 0.07, size: 0.005, axis: DVec2::ZERO };
+        let (corner, middle) = (DVec2::splat(0.4), DVec2::ZERO);
+        let whole = measure(&cake.cells(-corner, corner, [[false; 2]; 2]), middle);
+        for (min, max, symmetry) in [
+            (middle, corner, [[true, false]; 2]),
+            (-corner, middle, [[false, true]; 2]),
+            (DVec2::new(-0.4, 0.0), corner, [[false; 2], [true, false]]),
+        ] {
+            let part = measure(&cake.cells(min, max, symmetry), middle);
+            for (a, b) in [
+                (part.mean, whole.mean),
+                (part.x, whole.x),
+                (part.y, whole.y),
+                (part.diagonal, whole.diagonal),
+                (part.max, whole.max),
+                (part.height, whole.height),
+            ] {
+                assert!((a - b).abs() < 1e-12, "{part:?} {whole:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_box_that_is_cropped_to_the_fluid_reads_the_same() {
+        let cake = Cake { radius: 0.2, top: 0.07, size: 0.01, axis: DVec2::new(0.004, 0.0) };
+        let wide = cake.cells(DVec2::splat(-0.4), DVec2::splat(0.4), [[false; 2]; 2]);
+        let mut cropped = cake.cells(DVec2::splat(-0.22), DVec2::splat(0.22), [[false; 2]; 2]);
+        cropped.domain = wide.domain;
+        let (a, b) = (measure(&wide, cake.axis), measure(&cropped, cake.axis));
+        assert!((a.mean - b.mean).abs() < 1e-12 && (a.height - b.height).abs() < 1e-12);
+    }
+
+    #[test]
+    fn turning_the_body_exchanges_x_and_y_only() {
+        // An uneven cake: a round one and a lump beside it.
+        let (cake, lump) = (
+            Cake { radius: 0.2, top: 0.07, size: 0.01, axis: DVec2::new(0.013, -0.021) },
+            Cake { radius: 0.1, top: 0.05, size: 0.01, axis: DVec2::new(0.19, 0.05) },
+        );
+        let corner = DVec2::splat(0.4);
+        let mut cells = cake.cells(-corner, corner, [[false; 2]; 2]);
+        for (fill, more) in cells.fill.iter_mut().zip(&lump.cells(-corner, corner, [[false; 2]; 2]).fill) {
+            *fill = fill.max(*more);
+        }
+        let mut turned = cells.clone();
+        let [nx, ny, nz] = cells.count;
+        for k in 0..nz {
+            for j in 0..ny {
+                for i in 0..nx {
+                    turned.fill[cells.index(nx - 1 - j, i, k)] = cells.fill[cells.index(i, j, k)];
+                }
+            }
+        }
+        let (a, b) = (measure(&cells, DVec2::ZERO), measure(&turned, DVec2::ZERO));
+        assert!(a.x > a.y + 0.05, "{a:?}");
+        for (a, b) in [
+            (a.mean, b.mean),
+            (a.x, b.y),
+            (a.y, b.x),
+            (a.diagonal, b.diagonal),
+            (a.max, b.max),
+            (a.height, b.height),
+        ] {
+            assert!((a - b).abs() < 1e-12, "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn a_front_at_a_wall_is_at_the_wall() {
+        let cells = Cells {
+            size: 0.1,
+            count: [4, 4, 1],
+            fill: vec![1.0; 16],
+            domain: [DVec3::ZERO, DVec3::new(0.4, 0.4, 1.0)],
+            symmetry: [[true, false], [true, false], [false; 2]],
+            ..Cells::default()
+        };
+        let spread = measure(&cells, DVec2::ZERO);
+        assert!((spread.x - 0.8).abs() < 1e-12 && (spread.y - 0.8).abs() < 1e-12);
+        assert!((spread.max - 0.8 * 2f64.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn no_fluid_has_no_spread() {
+        assert_eq!(measure(&Cells { size: 0.1, ..Cells::default() }, DVec2::ZERO).max, 0.0);
+    }
+}

@@ -1,0 +1,146 @@
+//! When a flow has come to rest.
+//!
+//! A yield-stress fluid never quite stops in a computation: a regularised curve creeps for ever, single cells of the
+//! surface jitter, and a plug may be unyielded while it is carried along. Rest is therefore not told by the largest
+//! speed nor by the share that has yielded, but by what a technician sees: over the whole of a trailing window
+//!
+//! - the spread grows or shrinks by less than [`Rest::spread_rate`] (default 0.05 mm/s; slope of the least-squares
+//!   line through the mean spread; only if the case has a spread gauge), and
+//! - the 99th percentile of the speed stays below [`Rest::speed`] (default 1 mm/s) in every reading.
+//!
+//! The window is [`Rest::duration`] long (default 1 s), at least [`SHORTEST_WINDOW`], and must be full: fluid
+//! that has only just been released is slow too.
+
+use std::collections::VecDeque;
+
+use serde::{Deserialize, Serialize};
+use tremie_case::Rest;
+
+use crate::gauges::Readings;
+
+/// Length in s below which no window is taken, since fluid that is released needs a moment to move.
+pub const SHORTEST_WINDOW: f64 = 1.0;
+
+/// Watches for rest. Which limits hold is said when asking, so that only the readings are state.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct RestWatch {
+    window: VecDeque<Moment>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Moment {
+    time: f64,
+    spread: Option<f64>,
+    speed: f64,
+}
+
+impl RestWatch {
+    /// Takes the next readings.
+    pub fn update(&mut self, rest: &Rest, readings: &Readings) {
+        self.window.push_back(Moment {
+            time: readings.time,
+            spread: readings.spread.map(|spread| spread.mean),
+            speed: readings.speed_p99,
+        });
+        // The reading at or just before the window's start stays, so that a full window can be told.
+        while self.window.get(1).is_some_and(|second| second.time <= readings.time - length(rest)) {
+            self.window.pop_front();
+        }
+    }
+
+    /// Whether the fluid is at rest by the readings so far.
+    pub fn reached(&self, rest: &Rest) -> bool {
+        let (Some(first), Some(last)) = (self.window.front(), self.window.back()) else {
+            return false;
+        };
+        last.time - first.time >= length(rest)
+            && self.window.iter().all(|moment| moment.speed < rest.speed)
+            && self.spread_rate().is_none_or(|rate| rate.abs() < rest.spread_rate)
+    }
+
+    /// Slope in m/s of the least-squares line through the spread in the window; none without a spread gauge.
+    fn spread_rate(&self) -> Option<f64> {
+        let points: Vec<(f64, f64)> = self.window.iter().filter_map(|m| Some((m.time, m.spread?))).collect();
+        if points.is_empty() {
+            return None;
+        }
+        let mean = |f: fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / points.len() as f64;
+        let (time, spread) = (mean(|p| p.0), mean(|p| p.1));
+        let (mut above, mut below) = (0.0, 0.0);
+        for (t, s) in &points {
+            above += (t - time) * (s - spread);
+            below += (t - time).powi(2);
+        }
+        Some(above / below)
+    }
+}
+
+fn length(rest: &Rest) -> f64 {
+    rest.duration.max(SHORTEST_WINDOW)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gauges::Spread;
+
+    const REST: Rest = Rest { spread_rate: 5e-5, speed: 1e-3, duration: 1.0 };
+
+    fn readings(time: f64, spread: Option<f64>, speed: f64) -> Readings {
+        let spread =
+            spread.map(|mean| Spread { mean, x: mean, y: mean, diagonal: mean, max: mean, height: 0.05 });
+        Readings {
+            time,
+            spread,
+            top: 0.05,
+            volume: 0.005,
+            speed_p50: 0.0,
+            speed_p99: speed,
+            // Neither the largest speed nor the yielded share says anything about rest.
+            speed_max: 0.5,
+            kinetic_energy: 0.0,
+            potential_energy: 1.0,
+            yielded_share: 1.0,
+            pressure_max: 1000.0,
+        }
+    }
+
+    /// Time of the first reading, one every 0.1 s, at which the fluid counts as resting.
+    fn rests_at(rest: Rest, spread: impl Fn(f64) -> Option<f64>, speed: impl Fn(f64) -> f64) -> Option<f64> {
+        let mut watch = RestWatch::default();
+        (0..200).map(|n| f64::from(n) / 10.0).find(|time| {
+            watch.update(&rest, &readings(*time, spread(*time), speed(*time)));
+            watch.reached(&rest)
+        })
+    }
+
+    #[test]
+    fn fluid_that_has_not_started_to_move_does_not_rest() {
+        // Slow for a moment after its release, then fast.
+        let speed = |t: f64| if (0.4..5.0).contains(&t) { 0.1 } else { 0.0 };
+        assert_eq!(rests_at(REST, |_| Some(0.2), speed), Some(6.0));
+        // A short duration does not shorten the window.
+        assert_eq!(rests_at(Rest { duration: 0.01, ..REST }, |_| None, speed), Some(6.0));
+        assert_eq!(rests_at(Rest { duration: 2.0, ..REST }, |_| None, speed), Some(7.0));
+    }
+
+    #[test]
+    fn a_creeping_spread_is_not_rest_even_if_it_jitters() {
+        let jitter = |t: f64| 2e-6 * (37.0 * t).sin();
+        let creep = |rate: f64| rests_at(REST, move |t| Some(0.6 + rate * t + jitter(t)), |_| 1e-4);
+        assert_eq!(creep(1e-4), None);
+        assert_eq!(creep(-1e-4), None);
+        assert_eq!(creep(2e-5), Some(1.0));
+        assert_eq!(rests_at(REST, |t| Some(0.6 + 1e-5 * t), |_| 2e-3), None);
+    }
+
+    #[test]
+    fn a_window_may_hold_no_more_than_two_readings() {
+        let mut watch = RestWatch::default();
+        for (time, at_rest) in [(0.0, false), (5.0, true), (10.0, true)] {
+            watch.update(&REST, &readings(time, Some(0.6), 0.0));
+            assert_eq!(watch.reached(&REST), at_rest);
+            assert!(watch.window.len() <= 2);
+        }
+    }
+}
