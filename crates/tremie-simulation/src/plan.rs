@@ -151,3 +151,50 @@ impl Plan {
         (count, js.flat_map(|j| is.clone().map(move |i| self.column(i, j))).collect())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tremie_numerics::DVec3;
+
+    /// Two by one columns of height 0.3 and 0.1 m, away from the sides of a domain of 4 x 2 columns.
+    fn cells(symmetry: [[bool; 2]; 3]) -> Cells {
+        Cells {
+            origin: DVec3::new(1.1, 0.1, 0.0),
+            size: 0.1,
+            count: [2, 1, 3],
+            fill: vec![1.0, 0.7, 1.0, 0.3, 1.0, 0.0],
+            domain: [DVec3::new(1.0, 0.0, 0.0), DVec3::new(1.4, 0.2, 0.3)],
+            symmetry,
+            ..Cells::default()
+        }
+    }
+
+    #[test]
+    fn the_whole_body_is_shown_with_its_mirror_images() {
+        let plan = Plan::height(&cells([[false; 2]; 3]));
+        let (count, height) = plan.whole();
+        assert_eq!(count, [4, 2]);
+        assert!((plan.extent()[1] - DVec2::new(1.4, 0.2)).length() < 1e-12);
+        let rounded = |v: &[f64]| v.iter().map(|h| (h * 10.0).round() as i32).collect::<Vec<_>>();
+        assert_eq!(rounded(&height), [0, 0, 0, 0, 0, 3, 1, 0]);
+
+        let plan = Plan::height(&cells([[true, false], [false, true], [false; 2]]));
+        let (count, height) = plan.whole();
+        assert_eq!(count, [8, 4]);
+        assert!((plan.extent()[0] - DVec2::new(0.6, 0.0)).length() < 1e-12);
+        let (dry, wet) = ([0; 8], [0, 1, 3, 0, 0, 3, 1, 0]);
+        assert_eq!(rounded(&height), [dry, wet, wet, dry].concat());
+    }
+
+    #[test]
+    fn heights_are_interpolated_and_cover_is_the_fullest_cell() {
+        let cells = cells([[false; 2]; 3]);
+        let (height, cover) = (Plan::height(&cells), Plan::cover(&cells));
+        // Half-way between the columns; the side of the domain repeats them.
+        assert!((height.at(DVec2::new(1.2, 0.15)) - 0.2).abs() < 1e-12);
+        assert!((cover.at(DVec2::new(1.25, 0.2)) - 0.7).abs() < 1e-12);
+        assert!((cover.at(DVec2::new(1.3, 0.15)) - 0.35).abs() < 1e-12);
+        assert!((height.max() - 0.3).abs() < 1e-12);
+    }
+}

@@ -132,7 +132,7 @@ struct Run<'a> {
     before: RunRecord,
     began: Instant,
     /// Updates that the simulation had counted by then.
-    updates: u64,
+    updates_before: u64,
 }
 
 impl<'a> Run<'a> {
@@ -176,7 +176,7 @@ impl<'a> Run<'a> {
             t500: TargetTime::new(T500_SPREAD),
             rest: RestWatch::default(),
         });
-        let updates = simulation.load().updates;
+        let updates_before = simulation.load().updates;
         Ok(Self {
             case,
             folder,
@@ -187,7 +187,7 @@ impl<'a> Run<'a> {
             latest,
             before,
             began: Instant::now(),
-            updates,
+            updates_before,
         })
     }
 
@@ -277,7 +277,7 @@ impl<'a> Run<'a> {
 
     fn record(&self, simulation: &dyn Simulation, end_reason: Option<&str>) -> RunRecord {
         let wall_s = self.before.wall_s + self.began.elapsed().as_secs_f64();
-        let updates = self.before.updates + (simulation.load().updates - self.updates);
+        let updates = self.before.updates + self.updates(simulation);
         RunRecord {
             wall_s,
             steps: self.state.steps,
@@ -310,11 +310,16 @@ impl<'a> Run<'a> {
         }
     }
 
+    /// Updates since this process began.
+    fn updates(&self, simulation: &dyn Simulation) -> u64 {
+        simulation.load().updates.saturating_sub(self.updates_before)
+    }
+
     fn amounts(&self, simulation: &dyn Simulation) -> Amounts {
         Amounts {
             time: self.state.time,
             steps: self.state.steps as f64,
-            updates: (simulation.load().updates - self.updates) as f64,
+            updates: self.updates(simulation) as f64,
         }
     }
 

@@ -1,5 +1,8 @@
 //! The run loop, with a simulation whose course is known in closed form.
 
+// Helpers of tests are tests too.
+#![allow(clippy::unwrap_used)]
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -35,11 +38,20 @@ struct Cake {
     interrupt_after: Option<u64>,
     interrupt: Arc<AtomicBool>,
     breaks_at: Option<u64>,
+    /// Whether it has no fluid at all.
+    eaten: bool,
 }
 
 impl Cake {
     fn new() -> Self {
-        Self { time: 0.0, steps: 0, interrupt_after: None, interrupt: Arc::default(), breaks_at: None }
+        Self {
+            time: 0.0,
+            steps: 0,
+            interrupt_after: None,
+            interrupt: Arc::default(),
+            breaks_at: None,
+            eaten: false,
+        }
     }
 
     fn radius(time: f64) -> f64 {
@@ -95,6 +107,11 @@ impl Simulation for Cake {
             symmetry: [[true, false], [true, false], [false; 2]],
             ..Cells::default()
         };
+        if self.eaten {
+            let Cells { size, density, domain, symmetry, .. } = cells;
+            let nothing = Cells { size, density, domain, symmetry, ..Cells::default() };
+            return Snapshot { time: self.time, fluid: Fluid::Cells(nothing) };
+        }
         let radius = Self::radius(self.time);
         for k in 0..count[2] {
             for j in 0..count[1] {
@@ -404,4 +421,15 @@ fn a_file_that_cannot_be_written_is_named() {
     fs::create_dir(&path).unwrap();
     let error = go(&mut Cake::new(), &case, &folder, None).unwrap_err();
     assert!(error.to_string().contains(&path.display().to_string()), "{error}");
+}
+
+#[test]
+fn a_run_without_fluid_comes_to_its_end() {
+    let place = tempfile::tempdir().unwrap();
+    let case = case();
+    let folder = new_folder(place.path(), &case);
+    let outcome = go(&mut Cake { eaten: true, ..Cake::new() }, &case, &folder, None).unwrap();
+    assert_eq!(outcome.summary.readings.spread.unwrap().max, 0.0);
+    assert_eq!((outcome.summary.volume_error, outcome.summary.t500), (0.0, None));
+    assert!(json(&folder.summary())["t500_s"].is_null());
 }
