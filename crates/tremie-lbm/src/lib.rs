@@ -1,1 +1,33 @@
-//! Placeholder
+//! Free-surface lattice Boltzmann for generalised Newtonian fluids (after Svec 2013, chapter 2).
+//!
+//! The fluid lives on cubic cells; each carries 19 populations of particles that stream to the neighbouring
+//! cells and collide. Density and momentum are their moments, and so is the stress, from which the flow curve gives
+//! the relaxation rate without differences between cells and without iteration (`relaxation`). The free surface is
+//! followed by the mass of interface cells (`stream`, `surface`).
+//!
+//! A step, in `simulation`: rows of cells are sorted (`stream`), stream and collide block by block (`stream`,
+//! `collision`), interface cells that fill up or run dry are converted (`surface`). Storage is `grid`, neighbours are
+//! `topology`.
+//!
+//! Inside, everything is in lattice units (cell, step and density are 1); the door speaks SI ([`Scaling`]).
+
+mod collision;
+mod grid;
+mod initial;
+mod lattice;
+mod plan;
+mod real;
+mod relaxation;
+mod rows;
+mod scaling;
+mod simulation;
+mod stream;
+mod surface;
+mod topology;
+mod view;
+
+pub use plan::Plan;
+pub use real::Real;
+pub use relaxation::{Bingham, Relaxation};
+pub use scaling::{Flow, Limits, Scaling, time_step};
+pub use simulation::{LatticeBoltzmann, simulation};

@@ -1,0 +1,282 @@
+//! Storage: blocks that exist only where there is fluid.
+//!
+//! Populations are kept twice, those that a step reads (`front`) and those that it writes (`back`), so that every cell
+//! writes only itself and no order of work can change the result. Everything else is kept once.
+
+use crate::lattice::{C, Q};
+use crate::real::Real;
+use crate::topology::{AIR, CELLS, EDGE, Links, OUTSIDE, ROWS, Topology};
+
+/// What the eight cells of a row are, as bits; a cell that is none of these is air.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub(crate) struct Kinds {
+    /// Full of fluid.
+    pub(crate) liquid: u8,
+    /// Between fluid and air: holds a mass of its own.
+    pub(crate) interface: u8,
+    /// Wall, or beyond the domain.
+    pub(crate) solid: u8,
+}
+
+impl std::ops::BitOr for Kinds {
+    type Output = Self;
+
+    fn bitor(self, other: Self) -> Self {
+        Self {
+            liquid: self.liquid | other.liquid,
+            interface: self.interface | other.interface,
+            solid: self.solid | other.solid,
+        }
+    }
+}
+
+impl Kinds {
+    /// Cells with populations.
+    #[inline(always)]
+    pub(crate) fn wet(self) -> u8 {
+        self.liquid | self.interface
+    }
+
+    /// The same change made to the bits of all kinds.
+    #[inline(always)]
+    pub(crate) fn map(self, change: impl Fn(u8) -> u8) -> Self {
+        Self { liquid: change(self.liquid), interface: change(self.interface), solid: change(self.solid) }
+    }
+
+    /// Cells of air.
+    #[inline(always)]
+    pub(crate) fn air(self) -> u8 {
+        !(self.liquid | self.interface | self.solid)
+    }
+}
+
+/// Post-collision populations of a block, less their weights, by velocity and cell; and as the last array ([`FILL`]) mass
+/// over density of its interface cells.
+pub(crate) type Field<T> = [[T; CELLS]; Q + 1];
+
+/// Where a [`Field`] keeps the fill.
+pub(crate) const FILL: usize = Q;
+
+/// All blocks.
+pub(crate) struct Grid<T: Real> {
+    /// Size and sides.
+    pub(crate) topology: Topology,
+    /// Slot of each block by its number, `AIR` where none is allocated.
+    slot_of: Vec<u32>,
+    /// Whether a slot holds a block.
+    pub(crate) used: Vec<bool>,
+    /// Slots free for new blocks, the one to take next last.
+    free: Vec<u32>,
+    /// Surroundings of each block.
+    pub(crate) links: Vec<Links>,
+    /// Kinds of cells.
+    pub(crate) kinds: Vec<[Kinds; ROWS]>,
+    /// Populations to read.
+    pub(crate) front: Vec<Box<Field<T>>>,
+    /// Populations to write.
+    pub(crate) back: Vec<Box<Field<T>>>,
+    /// Mass of interface cells.
+    pub(crate) mass: Vec<Box<[f64; CELLS]>>,
+    /// Blocks whose surroundings changed since their rows were last sorted into bulk and surface.
+    pub(crate) stale: Vec<bool>,
+    /// Cells that hold fluid.
+    pub(crate) wet: usize,
+}
+
+impl<T: Real> Grid<T> {
+    pub(crate) fn new(topology: Topology) -> Self {
+        let blocks = topology.blocks.iter().product();
+        let mut grid = Self {
+            topology,
+            slot_of: vec![AIR; blocks],
+            used: Vec::new(),
+            free: Vec::new(),
+            links: Vec::new(),
+            kinds: Vec::new(),
+            front: Vec::new(),
+            back: Vec::new(),
+            mass: Vec::new(),
+            stale: Vec::new(),
+            wet: 0,
+        };
+        // The two slots that stand for no block: air and solid.
+        for _ in [AIR, OUTSIDE] {
+            grid.push();
+        }
+        grid.kinds[OUTSIDE as usize] = [Kinds { solid: 0xff, ..Kinds::default() }; ROWS];
+        grid
+    }
+
+    /// Appends an empty slot.
+    fn push(&mut self) -> u32 {
+        self.used.push(false);
+        self.links.push(Links { slots: [AIR; 27], steps: Default::default(), last: 7, place: [0; 3] });
+        self.kinds.push([Kinds::default(); ROWS]);
+        self.front.push(bytemuck::allocation::zeroed_box());
+        self.back.push(bytemuck::allocation::zeroed_box());
+        self.mass.push(bytemuck::allocation::zeroed_box());
+        self.stale.push(false);
+        (self.used.len() - 1) as u32
+    }
+
+    /// Slots that hold blocks, in the order of their numbers.
+    pub(crate) fn slots(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.used.len()).filter(|slot| self.used[*slot])
+    }
+
+    /// Number of slots, with and without blocks.
+    pub(crate) fn len(&self) -> usize {
+        self.used.len()
+    }
+
+    /// Slot of the block that holds a cell of the lattice, or `AIR`.
+    pub(crate) fn slot_at(&self, at: [usize; 3]) -> u32 {
+        self.slot_of[self.topology.number(at.map(|n| n / EDGE))]
+    }
+
+    /// Slot of the block at `place`, allocated if need be.
+    pub(crate) fn allocate(&mut self, place: [usize; 3]) -> usize {
+        let number = self.topology.number(place);
+        if self.slot_of[number] != AIR {
+            return self.slot_of[number] as usize;
+        }
+        let slot = match self.free.pop() {
+            Some(slot) => slot as usize,
+            None => self.push() as usize,
+        };
+        self.occupy(slot, place);
+        slot
+    }
+
+    /// Puts the block at `place` into a free slot.
+    fn occupy(&mut self, slot: usize, place: [usize; 3]) {
+        let last = [0, 1, 2].map(|a| self.topology.last(place[a], a));
+        self.slot_of[self.topology.number(place)] = slot as u32;
+        self.used[slot] = true;
+        for (row, kinds) in self.kinds[slot].iter_mut().enumerate() {
+            let inside = row % EDGE <= last[1] && row / EDGE <= last[2];
+            let lanes = if inside { 0xffu8 >> (EDGE - 1 - last[0]) } else { 0 };
+            *kinds = Kinds { solid: !lanes, ..Kinds::default() };
+        }
+        *self.front[slot] = [[T::ZERO; CELLS]; Q + 1];
+        *self.back[slot] = [[T::ZERO; CELLS]; Q + 1];
+        *self.mass[slot] = [0.0; CELLS];
+        self.links[slot].steps = [0, 1, 2].map(|a| self.topology.steps(place[a], a));
+        self.links[slot].last = last[0] as u8;
+        self.links[slot].place = place.map(|p| p as u32);
+        self.link(slot);
+    }
+
+    /// Frees the slot of a block that holds nothing.
+    pub(crate) fn release(&mut self, slot: usize) {
+        let place = self.links[slot].place.map(|p| p as usize);
+        self.slot_of[self.topology.number(place)] = AIR;
+        self.used[slot] = false;
+        self.kinds[slot] = [Kinds::default(); ROWS];
+        self.stale[slot] = true;
+        self.free.push(slot as u32);
+        self.link(slot);
+    }
+
+    /// Makes the block in `slot` and those around it know each other (or forget it, once it is no longer used).
+    fn link(&mut self, slot: usize) {
+        let place = self.links[slot].place.map(|p| p as usize);
+        for n in 0..27 {
+            let offset = [(n % 3) as i32 - 1, (n / 3 % 3) as i32 - 1, (n / 9) as i32 - 1];
+            let beside = match self.topology.beside(place, offset) {
+                None => OUTSIDE,
+                Some(beside) => self.slot_of[self.topology.number(beside)],
+            };
+            self.links[slot].slots[n] = beside;
+            if beside > OUTSIDE {
+                self.links[beside as usize].slots[26 - n] = self.slot_of[self.topology.number(place)];
+                self.stale[beside as usize] = true;
+            }
+        }
+        self.stale[slot] = true;
+    }
+
+    /// Marks the blocks that have a cell, or a neighbour of it, in them.
+    pub(crate) fn touch(&mut self, slot: usize, cell: usize) {
+        self.stale[slot] = true;
+        let at = [cell % EDGE, cell / EDGE % EDGE, cell / ROWS];
+        if at.iter().all(|x| (1..EDGE - 1).contains(x)) {
+            return;
+        }
+        for i in 1..Q {
+            let (beside, ..) = self.links[slot].cell(cell, C[i]);
+            self.stale[beside as usize] = true;
+        }
+    }
+
+    /// The slots, free ones too, in a form that can be saved: coordinates of blocks, `u32::MAX` for none.
+    pub(crate) fn layout(&self) -> (Vec<u32>, Vec<u32>) {
+        let places = (2..self.len())
+            .flat_map(|slot| if self.used[slot] { self.links[slot].place } else { [u32::MAX; 3] })
+            .collect();
+        (places, self.free.clone())
+    }
+
+    /// An empty grid with its blocks in the same slots as saved by [`Grid::layout`]; `None` if these are impossible.
+    pub(crate) fn with_layout(topology: Topology, places: &[u32], free: &[u32]) -> Option<Self> {
+        let mut grid = Self::new(topology);
+        for place in places.chunks_exact(3) {
+            let slot = grid.push() as usize;
+            if place == [u32::MAX; 3] {
+                continue;
+            }
+            let place = [place[0] as usize, place[1] as usize, place[2] as usize];
+            let inside = (0..3).all(|a| place[a] < grid.topology.blocks[a]);
+            if !inside || grid.slot_of[grid.topology.number(place)] != AIR {
+                return None;
+            }
+            grid.occupy(slot, place);
+        }
+        if free.iter().any(|slot| grid.used.get(*slot as usize) != Some(&false) || *slot <= OUTSIDE) {
+            return None;
+        }
+        grid.free = free.to_vec();
+        Some(grid)
+    }
+
+    /// Fills the blocks with saved values, in the order of their slots; the name of what does not fit otherwise.
+    pub(crate) fn load(&mut self, fields: &[T], mass: &[f64], kinds: &[u8]) -> Result<(), &'static str> {
+        let slots: Vec<usize> = self.slots().collect();
+        let per_block = (Q + 1) * CELLS;
+        let per_kinds = ROWS * size_of::<Kinds>();
+        for (name, length, expected) in [
+            ("fields", fields.len(), slots.len() * per_block),
+            ("mass", mass.len(), slots.len() * CELLS),
+            ("kinds", kinds.len(), slots.len() * per_kinds),
+        ] {
+            if length != expected {
+                return Err(name);
+            }
+        }
+        for (n, &slot) in slots.iter().enumerate() {
+            let field = &fields[n * per_block..][..per_block];
+            bytemuck::cast_slice_mut(&mut *self.front[slot]).copy_from_slice(field);
+            self.mass[slot].copy_from_slice(&mass[n * CELLS..][..CELLS]);
+            bytemuck::cast_slice_mut(&mut self.kinds[slot])
+                .copy_from_slice(&kinds[n * per_kinds..][..per_kinds]);
+        }
+        self.count_wet();
+        Ok(())
+    }
+
+    /// Counts the cells that hold fluid.
+    pub(crate) fn count_wet(&mut self) {
+        let rows = self.slots().flat_map(|slot| self.kinds[slot].iter());
+        self.wet = rows.map(|kinds| kinds.wet().count_ones() as usize).sum();
+    }
+
+    /// Memory in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        let block = 2 * size_of::<Field<T>>()
+            + size_of::<[f64; CELLS]>()
+            + size_of::<[Kinds; ROWS]>()
+            + size_of::<Links>();
+        self.len() * block + self.slot_of.len() * size_of::<u32>()
+    }
+}

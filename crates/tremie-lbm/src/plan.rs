@@ -1,0 +1,150 @@
+//! What a case means on the lattice: cells, time step, numbers, memory. Known before anything runs.
+
+use tremie_case::{Case, Lbm, Method, Precision, Side};
+use tremie_numerics::DVec3;
+
+use crate::scaling::{Flow, Limits, Scaling, time_step};
+
+/// Bytes for each allocated cell: two sets of populations and fill, mass, kinds.
+fn bytes_per_cell(precision: Precision) -> f64 {
+    let real = match precision {
+        Precision::F32 => 4.0,
+        Precision::F64 => 8.0,
+    };
+    2.0 * 20.0 * real + 8.0 + 3.0 / 8.0
+}
+
+/// The numbers of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// Scales between SI and lattice units.
+    pub scaling: Scaling,
+    /// Cells of the domain along each axis.
+    pub cells: [usize; 3],
+    /// Cells that hold fluid at the start.
+    pub wet_cells: f64,
+    /// Steps to the case's stop time.
+    pub steps: f64,
+    /// Height in m of the fluid along gravity.
+    pub height: f64,
+    /// Speed in m/s that the fluid may reach.
+    pub reference_speed: f64,
+    /// Relaxation time 3 nu + 1/2 at the plastic viscosity.
+    pub relaxation_time: f64,
+    /// Mach number of the reference speed.
+    pub mach: f64,
+    /// Relative density error of the hydrostatic pressure.
+    pub hydrostatic_error: f64,
+    /// Bingham number tau0 H / (mu U).
+    pub bingham: f64,
+    /// Reynolds number rho U H / mu.
+    pub reynolds: f64,
+    /// Expected memory for fields in bytes.
+    pub memory: f64,
+}
+
+/// The lattice settings of a case.
+pub(crate) fn settings(case: &Case) -> &Lbm {
+    let Method::Lbm(lbm) = &case.method;
+    lbm
+}
+
+/// The share of gravity that a free surface feels: none along periodic axes, where it drives a channel flow.
+pub(crate) fn confined_gravity(case: &Case) -> DVec3 {
+    let along = |axis: usize| match case.domain.sides[2 * axis] {
+        Side::Periodic => 0.0,
+        _ => case.domain.gravity[axis],
+    };
+    DVec3::new(along(0), along(1), along(2))
+}
+
+impl Plan {
+    /// Works out the numbers of a case.
+    pub fn new(case: &Case) -> Self {
+        let lbm = settings(case);
+        let density = case.material.density;
+        let viscosity = case.material.curve.plastic_viscosity();
+        let confined = confined_gravity(case);
+        let gravity = confined.length();
+        let height = fluid_height(case, confined.normalize_or_zero());
+
+        let mut speed = (2.0 * gravity * height).sqrt();
+        for side in &case.domain.sides {
+            if let Side::Wall { velocity } = side {
+                speed = speed.max(velocity.length());
+            }
+        }
+        for region in &case.fluid {
+            speed = speed.max(region.velocity.length());
+        }
+        speed = speed.max(channel_speed(case, viscosity / density));
+
+        let limits = Limits {
+            lattice_viscosity: lbm.lattice_viscosity,
+            lattice_speed: lbm.lattice_speed,
+            hydrostatic_error: lbm.hydrostatic_error,
+        };
+        let flow = Flow { viscosity, density, gravity, height, speed };
+        let chosen = lbm.time_step.unwrap_or_else(|| time_step(lbm.cell_size, &flow, &limits));
+        let scaling = Scaling { cell_size: lbm.cell_size, time_step: chosen, density };
+        let wet_cells = fluid_volume(case) / lbm.cell_size.powi(3);
+        // Blocks of 8 x 8 x 8 cells around a body of that volume are filled to about a third.
+        let memory = 3.0 * wet_cells * bytes_per_cell(lbm.precision);
+        Self {
+            scaling,
+            cells: case.domain.cells(lbm.cell_size),
+            wet_cells,
+            steps: (case.stop.time / chosen).ceil(),
+            height,
+            reference_speed: speed,
+            relaxation_time: 3.0 * scaling.viscosity(viscosity) + 0.5,
+            mach: scaling.velocity(speed) * 3f64.sqrt(),
+            hydrostatic_error: scaling.hydrostatic_error(gravity, height),
+            bingham: case.material.curve.yield_stress() * height / (viscosity * speed),
+            reynolds: density * speed * height / viscosity,
+            memory,
+        }
+    }
+}
+
+/// Extent in m of the fluid along a direction.
+fn fluid_height(case: &Case, direction: DVec3) -> f64 {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for region in &case.fluid {
+        let (min, max) = region.shape.bounds();
+        let (min, max) = (min.max(case.domain.min), max.min(case.domain.max));
+        let corners = (0..8).map(|n| {
+            let pick = |bit: usize, axis: usize| if n >> bit & 1 == 0 { min[axis] } else { max[axis] };
+            DVec3::new(pick(0, 0), pick(1, 1), pick(2, 2))
+        });
+        for corner in corners {
+            let along = corner.dot(direction);
+            low = low.min(along);
+            high = high.max(along);
+        }
+    }
+    (high - low).max(0.0)
+}
+
+/// Volume of the fluid within the domain in m3, sampled on a coarse grid.
+fn fluid_volume(case: &Case) -> f64 {
+    const SAMPLES: usize = 60;
+    let size = case.domain.max - case.domain.min;
+    let mut inside = 0usize;
+    for n in 0..SAMPLES.pow(3) {
+        let at = |k: usize| (k as f64 + 0.5) / SAMPLES as f64;
+        let share = DVec3::new(at(n % SAMPLES), at(n / SAMPLES % SAMPLES), at(n / SAMPLES / SAMPLES));
+        let p = case.domain.min + size * share;
+        inside += usize::from(case.fluid.iter().any(|region| region.shape.signed_distance(p) < 0.0));
+    }
+    inside as f64 / SAMPLES.pow(3) as f64 * size.x * size.y * size.z
+}
+
+/// Speed in m/s of the Newtonian channel flow that gravity along periodic axes would drive: an upper bound.
+fn channel_speed(case: &Case, kinematic_viscosity: f64) -> f64 {
+    let size = case.domain.max - case.domain.min;
+    let periodic = |axis: usize| case.domain.sides[2 * axis] == Side::Periodic;
+    let driving = (0..3).filter(|a| periodic(*a)).map(|a| case.domain.gravity[a].powi(2)).sum::<f64>().sqrt();
+    let gap = (0..3).filter(|a| !periodic(*a)).map(|a| size[a]).fold(f64::INFINITY, f64::min);
+    if driving > 0.0 && gap.is_finite() { driving * gap * gap / (2.0 * kinematic_viscosity) } else { 0.0 }
+}

@@ -1,0 +1,148 @@
+//! What lies around the rows of a block, kept until it changes.
+//!
+//! Most rows of a body of fluid touch only liquid ("bulk"): they need nothing but populations. All others ("surface")
+//! touch air, walls or interface, or hold interface themselves; for these the kinds of the cells around are kept as
+//! bits, one byte for each velocity.
+
+use rayon::prelude::*;
+
+use crate::grid::{Grid, Kinds};
+use crate::lattice::{C, Q};
+use crate::real::Real;
+use crate::topology::{Links, Neighbour, ROWS};
+
+/// The nine rows around a row (and the row itself), dy fastest.
+pub(crate) type Beside = [Neighbour; 9];
+
+/// The rows of a block that hold fluid.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Rows {
+    /// Rows that touch only liquid.
+    pub(crate) bulk: Vec<u8>,
+    /// All others.
+    pub(crate) surface: Vec<SurfaceRow>,
+}
+
+/// A row with what lies around its cells. For each velocity c a byte tells what lies at -c.
+#[derive(Debug, Clone)]
+pub(crate) struct SurfaceRow {
+    /// Number of the row in its block.
+    pub(crate) row: u8,
+    /// What the cells themselves are.
+    pub(crate) kinds: Kinds,
+    /// The rows around.
+    pub(crate) beside: Beside,
+    /// Solid at -c, for cells that hold fluid.
+    pub(crate) solid: [u8; Q],
+    /// Air at -c, for interface cells.
+    pub(crate) air: [u8; Q],
+    /// Liquid at -c, for interface cells.
+    pub(crate) liquid: [u8; Q],
+    /// Interface at -c, for interface cells.
+    pub(crate) interface: [u8; Q],
+    /// Interface cells with air, and with liquid, anywhere around.
+    pub(crate) any_air: u8,
+    pub(crate) any_liquid: u8,
+    /// Cells with a wall anywhere around.
+    pub(crate) any_solid: u8,
+}
+
+impl Links {
+    /// The nine rows around a row.
+    #[inline(always)]
+    pub(crate) fn beside(&self, row: usize) -> Beside {
+        std::array::from_fn(|n| self.row(row, (n % 3) as i32 - 1, (n / 3) as i32 - 1))
+    }
+}
+
+/// Which of the nine rows holds the cells at -c.
+pub(crate) const fn upstream(c: [i32; 3]) -> usize {
+    ((1 - c[1]) + 3 * (1 - c[2])) as usize
+}
+
+/// The kinds of the cells at -c of the cells of a row.
+fn kinds_at(all: &[[Kinds; ROWS]], links: &Links, beside: &Beside, c: [i32; 3]) -> Kinds {
+    let beside = beside[upstream(c)];
+    let row_of = |slot: u32| all[slot as usize][usize::from(beside.row)];
+    let row = row_of(beside.slot);
+    match c[0] {
+        0 => row,
+        1 => {
+            let bit = row_of(beside.low).map(|bits| bits >> links.before().index & 1);
+            row.map(|bits| bits << 1) | bit
+        }
+        _ => {
+            let bit = row_of(beside.high).map(|bits| (bits >> links.after().index & 1) << links.last);
+            row.map(|bits| bits >> 1 & !(1 << links.last)) | bit
+        }
+    }
+}
+
+impl Rows {
+    /// Sorts the rows of one block.
+    fn sort(&mut self, all: &[[Kinds; ROWS]], links: &Links, slot: usize) {
+        self.bulk.clear();
+        self.surface.clear();
+        for row in 0..ROWS {
+            let kinds = all[slot][row];
+            let wet = kinds.wet();
+            if wet == 0 {
+                continue;
+            }
+            let mut found = SurfaceRow {
+                row: row as u8,
+                kinds,
+                beside: links.beside(row),
+                solid: [0; Q],
+                air: [0; Q],
+                liquid: [0; Q],
+                interface: [0; Q],
+                any_air: 0,
+                any_liquid: 0,
+                any_solid: 0,
+            };
+            let mut wet_around = 0xff;
+            for i in 1..Q {
+                let there = kinds_at(all, links, &found.beside, C[i]);
+                wet_around &= there.wet();
+                found.solid[i] = there.solid & wet;
+                found.air[i] = there.air() & kinds.interface;
+                found.liquid[i] = there.liquid & kinds.interface;
+                found.interface[i] = there.interface & kinds.interface;
+                found.any_solid |= found.solid[i];
+                found.any_air |= found.air[i];
+                found.any_liquid |= found.liquid[i];
+            }
+            if kinds.liquid & wet_around == 0xff {
+                self.bulk.push(row as u8);
+            } else {
+                self.surface.push(found);
+            }
+        }
+    }
+
+    /// Whether no row holds fluid.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.bulk.is_empty() && self.surface.is_empty()
+    }
+}
+
+impl<T: Real> Grid<T> {
+    /// Sorts the rows of all blocks whose surroundings changed.
+    pub(crate) fn sort_rows(&mut self, rows: &mut Vec<Rows>) {
+        rows.resize(self.len(), Rows::default());
+        let Self { kinds, links, used, stale, .. } = self;
+        let sort = |(slot, (rows, stale)): (usize, (&mut Rows, &mut bool))| {
+            if std::mem::take(stale) {
+                if used[slot] {
+                    rows.sort(kinds, &links[slot], slot);
+                } else {
+                    *rows = Rows::default();
+                }
+            }
+        };
+        if stale[2..].iter().any(|stale| *stale) {
+            rows.par_iter_mut().zip(stale.par_iter_mut()).enumerate().skip(2).for_each(sort);
+        }
+    }
+}

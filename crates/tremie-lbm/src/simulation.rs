@@ -1,0 +1,225 @@
+//! The method as a [`Simulation`]: one step, in the order in which things happen.
+
+use bytemuck::cast_slice;
+use tremie_case::{Case, Precision, Side};
+use tremie_output::state::{Array, State};
+use tremie_simulation::{Breakdown, Load, RestoreError, Simulation, Snapshot};
+
+use crate::grid::Grid;
+use crate::initial::centre;
+use crate::plan::{Plan, settings};
+use crate::real::Real;
+use crate::relaxation::Bingham;
+use crate::rows::Rows;
+use crate::scaling::Scaling;
+use crate::stream::{Findings, Physics};
+use crate::surface::Ledger;
+use crate::topology::{Boundary, CELLS, Topology};
+
+/// Steps between looks for crumbs, for dry blocks, and for mass lost to rounding.
+const CRUMBS: u64 = 32;
+const DRY: u64 = 256;
+const REPAY: u64 = 1000;
+
+/// A case made ready to run by the lattice Boltzmann method, in the precision that it asks for.
+pub fn simulation(case: &Case) -> Box<dyn Simulation> {
+    match settings(case).precision {
+        Precision::F32 => Box::new(LatticeBoltzmann::<f32>::new(case)),
+        Precision::F64 => Box::new(LatticeBoltzmann::<f64>::new(case)),
+    }
+}
+
+/// Free-surface lattice Boltzmann.
+pub struct LatticeBoltzmann<T: Real> {
+    pub(crate) case: Case,
+    pub(crate) scaling: Scaling,
+    pub(crate) physics: Physics<T, Bingham<T>>,
+    pub(crate) grid: Grid<T>,
+    pub(crate) rows: Vec<Rows>,
+    findings: Vec<Findings>,
+    ledger: Ledger,
+    /// Mass at the start, which rounding is held against.
+    mass: f64,
+    steps: u64,
+    updates: u64,
+}
+
+fn topology(case: &Case, scaling: &Scaling) -> Topology {
+    let side = |n: usize| match case.domain.sides[n] {
+        Side::Wall { velocity } => Boundary::Wall(velocity.to_array().map(|u| scaling.velocity(u))),
+        Side::Symmetry => Boundary::Symmetry,
+        Side::Periodic => Boundary::Periodic,
+    };
+    let sides = [[side(0), side(1)], [side(2), side(3)], [side(4), side(5)]];
+    Topology::new(case.domain.cells(scaling.cell_size), sides)
+}
+
+impl<T: Real> LatticeBoltzmann<T> {
+    /// The case at time zero.
+    pub fn new(case: &Case) -> Self {
+        let scaling = Plan::new(case).scaling;
+        let curve = &case.material.curve;
+        let law =
+            Bingham::new(scaling.stress(curve.yield_stress()), scaling.viscosity(curve.plastic_viscosity()));
+        let gravity = case.domain.gravity.to_array().map(|g| T::from_f64(scaling.acceleration(g)));
+        let mut grid = Grid::new(topology(case, &scaling));
+        grid.fill(case, &scaling);
+        let mut new = Self {
+            case: case.clone(),
+            scaling,
+            physics: Physics { gravity, law },
+            grid,
+            rows: Vec::new(),
+            findings: Vec::new(),
+            ledger: Ledger::default(),
+            mass: 0.0,
+            steps: 0,
+            updates: 0,
+        };
+        // The fluid has the mass that the case gives it, although the method presses it together a little: what the
+        // hydrostatic pressure adds to the density, the surface gives back.
+        let excess = new.grid.total_mass() - new.grid.volume();
+        new.grid.spread_mass(-excess);
+        new.mass = new.grid.total_mass();
+        new.grid.sort_rows(&mut new.rows);
+        new
+    }
+
+    /// Mass of the fluid in kg, to see how well it is kept.
+    pub fn mass(&self) -> f64 {
+        (self.grid.total_mass() + self.ledger.waiting) * self.scaling.density * self.scaling.cell_size.powi(3)
+    }
+
+    /// Gives back to the interface what rounding took, or takes what it gave.
+    fn repay(&mut self) {
+        let missing = self.mass - self.grid.total_mass();
+        if missing != 0.0 && self.grid.spread_mass(missing) {
+            self.ledger.waiting = 0.0;
+        }
+    }
+
+    fn breakdown(&self, slot: usize, cell: usize) -> Breakdown {
+        let position = centre(&self.case, self.scaling.cell_size, self.grid.links[slot].coordinates(cell));
+        Breakdown {
+            time: self.time(),
+            position,
+            what: "the density there is no longer near 1 in lattice units".into(),
+            advice: "the flow is too fast or too stiff for the time step; \
+                     set a smaller `time_step` or `lattice_speed` under [lbm], or smaller cells"
+                .into(),
+        }
+    }
+
+    /// What the numbers of a saved state are checked against.
+    fn identity(&self) -> String {
+        format!(
+            "lbm in {} with {:?} cells of {} m and steps of {:e} s",
+            T::NAME,
+            self.grid.topology.cells,
+            self.scaling.cell_size,
+            self.scaling.time_step
+        )
+    }
+}
+
+impl<T: Real> Simulation for LatticeBoltzmann<T> {
+    fn time(&self) -> f64 {
+        self.steps as f64 * self.scaling.time_step
+    }
+
+    fn time_step(&self) -> f64 {
+        self.scaling.time_step
+    }
+
+    fn advance(&mut self) -> Result<(), Breakdown> {
+        self.grid.sort_rows(&mut self.rows);
+        self.grid.step(&self.rows, &self.physics, &mut self.findings);
+        self.steps += 1;
+        self.updates += self.grid.wet as u64;
+        for slot in self.grid.slots() {
+            if let Some(cell) = self.findings[slot].broken {
+                return Err(self.breakdown(slot, cell));
+            }
+        }
+        self.grid.convert(&self.findings, &mut self.ledger);
+        if self.steps.is_multiple_of(CRUMBS) {
+            self.grid.remove_crumbs(&mut self.ledger);
+        }
+        if self.steps.is_multiple_of(DRY) {
+            self.grid.release_dry();
+        }
+        if self.steps.is_multiple_of(REPAY) {
+            self.repay();
+        }
+        Ok(())
+    }
+
+    fn snapshot(&self) -> Snapshot {
+        self.take_snapshot()
+    }
+
+    fn load(&self) -> Load {
+        let blocks = self.grid.slots().count();
+        Load {
+            wet: self.grid.wet,
+            allocated: blocks * CELLS,
+            bytes: self.grid.bytes(),
+            updates: self.updates,
+        }
+    }
+
+    fn save(&self) -> State {
+        let (places, free) = self.grid.layout();
+        let (mut fields, mut mass, mut kinds) = (Vec::<T>::new(), Vec::<f64>::new(), Vec::<u8>::new());
+        for slot in self.grid.slots() {
+            fields.extend_from_slice(cast_slice(&*self.grid.front[slot]));
+            mass.extend_from_slice(&*self.grid.mass[slot]);
+            kinds.extend_from_slice(cast_slice(&self.grid.kinds[slot]));
+        }
+        let header = serde_json::json!({
+            "for": self.identity(),
+            "steps": self.steps,
+            "mass": self.mass,
+            "waiting": self.ledger.waiting,
+            "stranded": self.ledger.stranded,
+        });
+        let arrays = vec![
+            ("places".into(), Array::U32(places)),
+            ("free".into(), Array::U32(free)),
+            ("fields".into(), T::into_array(fields)),
+            ("mass".into(), Array::F64(mass)),
+            ("kinds".into(), Array::U8(kinds)),
+        ];
+        State { header, arrays }
+    }
+
+    fn restore(&mut self, state: &State) -> Result<(), RestoreError> {
+        let missing = |name: &str| RestoreError::Array(name.into());
+        let found = state.header["for"].as_str().unwrap_or("another program").to_owned();
+        if found != self.identity() {
+            return Err(RestoreError::Mismatch { expected: self.identity(), found });
+        }
+        let array = |name: &str| {
+            state.arrays.iter().find(|(n, _)| n == name).map(|(_, array)| array).ok_or_else(|| missing(name))
+        };
+        let (Array::U32(places), Array::U32(free)) = (array("places")?, array("free")?) else {
+            return Err(missing("places"));
+        };
+        let Array::F64(mass) = array("mass")? else { return Err(missing("mass")) };
+        let Array::U8(kinds) = array("kinds")? else { return Err(missing("kinds")) };
+        let fields = T::from_array(array("fields")?).ok_or_else(|| missing("fields"))?;
+        let number = |name: &str| state.header[name].as_f64().ok_or_else(|| missing(name));
+        let count = |name: &str| state.header[name].as_u64().ok_or_else(|| missing(name));
+
+        let mut grid =
+            Grid::with_layout(self.grid.topology.clone(), places, free).ok_or_else(|| missing("places"))?;
+        grid.load(fields, mass, kinds).map_err(missing)?;
+        let ledger = Ledger { stranded: count("stranded")?, waiting: number("waiting")? };
+        (self.steps, self.mass, self.ledger) = (count("steps")?, number("mass")?, ledger);
+        self.grid = grid;
+        self.rows.clear();
+        self.findings.clear();
+        self.grid.sort_rows(&mut self.rows);
+        Ok(())
+    }
+}

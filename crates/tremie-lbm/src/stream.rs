@@ -1,0 +1,525 @@
+//! One step of the blocks: populations move along their velocities, meet walls and air, and collide.
+//!
+//! A step reads the populations that the last one left (`front`) and writes new ones (`back`). For every cell, the
+//! population moving along c comes from the cell at -c:
+//!
+//! - from fluid, as it is;
+//! - from solid, the cell's own opposite population returns (half-way bounce-back, no slip), with `6 w rho c.u` added
+//!   from a moving wall;
+//! - from air, what the gas pressure and the surface's velocity ask for (Svec 2013, Eq. 2.16, after Koerner et al. 2005):
+//!   `f_eq(rho_gas, u) + f_eq_opposite(rho_gas, u) - f_opposite`. Only these missing populations are made up.
+//!
+//! An interface cell gains over each link the mass `b (f_in - f_out)` (Eq. 2.14), b = 1 towards liquid, the mean fill of
+//! the two towards interface, 0 towards air and solid: what one cell gains the other loses, to the bit.
+//!
+//! Bulk rows skip all of this. Rows are worked on a few at a time in a buffer that stays in the first cache, in loops
+//! over lanes that the compiler turns into vector instructions; whatever differs between the lanes of a row is a choice
+//! by a bit, not a branch.
+
+use rayon::prelude::*;
+
+use crate::collision::{Moments, collide, moments};
+use crate::grid::{FILL, Field, Grid, Kinds};
+use crate::lattice::{C, MIRROR, Q, W, each_pair, opposite};
+use crate::real::{Real, larger, smaller};
+use crate::relaxation::Relaxation;
+use crate::rows::{Beside, Rows, SurfaceRow, upstream};
+use crate::topology::{CELLS, EDGE, Links, ROWS, Topology};
+
+/// Lanes of a row.
+const LANES: usize = EDGE;
+/// Rows worked on at a time.
+const BATCH_ROWS: usize = 4;
+/// Cells worked on at a time.
+const BATCH: usize = BATCH_ROWS * LANES;
+
+/// Fill above which an interface cell becomes liquid, and below which it becomes air.
+const FULL: f64 = 1.01;
+const EMPTY: f64 = -0.01;
+/// The same for cells that have no air, or no liquid, beside them.
+const FULL_INSIDE: f64 = 0.9;
+const EMPTY_OUTSIDE: f64 = 0.1;
+
+/// Densities between which a cell counts as sound.
+const SOUND: [f64; 2] = [0.5, 2.0];
+
+/// What drives the fluid and resists, in lattice units.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Physics<T, R> {
+    /// Acceleration.
+    pub(crate) gravity: [T; 3],
+    /// Flow curve.
+    pub(crate) law: R,
+}
+
+/// What a step found in a block.
+#[derive(Debug, Clone)]
+pub(crate) struct Findings {
+    /// Interface cells that want to become liquid, by row.
+    pub(crate) full: [u8; ROWS],
+    /// Interface cells that want to become air, by row.
+    pub(crate) empty: [u8; ROWS],
+    /// Whether there are any of these.
+    pub(crate) any: bool,
+    /// A cell whose density is out of all bounds or not a number.
+    pub(crate) broken: Option<usize>,
+}
+
+impl Default for Findings {
+    fn default() -> Self {
+        Self { full: [0; ROWS], empty: [0; ROWS], any: false, broken: None }
+    }
+}
+
+/// What a step reads.
+#[derive(Clone, Copy)]
+struct Source<'a, T: Real> {
+    topology: &'a Topology,
+    links: &'a [Links],
+    front: &'a [Box<Field<T>>],
+    /// Whether any wall moves.
+    moving_walls: bool,
+}
+
+/// A few rows on their way through a step.
+struct Batch<T> {
+    /// Populations, by velocity and lane.
+    f: [[T; BATCH]; Q],
+    /// For each velocity c the fill at -c; only for rows with interface.
+    fill: [[T; BATCH]; Q],
+    /// Mass of interface cells, infinite in all others.
+    mass: [T; BATCH],
+    density: [T; BATCH],
+}
+
+impl<T: Real> Batch<T> {
+    fn new() -> Self {
+        Self {
+            f: [[T::ZERO; BATCH]; Q],
+            fill: [[T::ZERO; BATCH]; Q],
+            mass: [T::INFINITY; BATCH],
+            density: [T::ONE; BATCH],
+        }
+    }
+}
+
+/// The array to read beyond the mirrors `flip`.
+#[inline(always)]
+fn mirrored(array: usize, flip: u8) -> usize {
+    if array == FILL { FILL } else { usize::from(MIRROR[usize::from(flip & 7)][array]) }
+}
+
+/// `a` in lanes whose bit is set, `b` in the others.
+#[inline(always)]
+fn choose<T>(bits: u8, lane: usize, a: T, b: T) -> T {
+    if bits & (1 << lane) != 0 { a } else { b }
+}
+
+impl<T: Real> Source<'_, T> {
+    /// The eight values of array `array` for a row, each taken from the cell at -c; populations come mirrored.
+    #[inline(always)]
+    fn pull(&self, links: &Links, beside: &Beside, c: [i32; 3], array: usize, to: &mut [T]) {
+        let beside = beside[upstream(c)];
+        let first = (usize::from(beside.row) & (ROWS - 1)) * LANES;
+        let values = &self.front[beside.slot as usize][mirrored(array, beside.flip)];
+        match c[0] {
+            0 => to[..LANES].copy_from_slice(&values[first..first + LANES]),
+            1 => {
+                to[1..LANES].copy_from_slice(&values[first..first + LANES - 1]);
+                let step = links.before();
+                let values = &self.front[beside.low as usize][mirrored(array, beside.flip | step.flip)];
+                to[0] = values[first + (usize::from(step.index) & (LANES - 1))];
+            }
+            _ => {
+                to[..LANES - 1].copy_from_slice(&values[first + 1..first + LANES]);
+                to[LANES - 1] = T::ZERO;
+                let step = links.after();
+                let values = &self.front[beside.high as usize][mirrored(array, beside.flip | step.flip)];
+                to[usize::from(links.last) & (LANES - 1)] =
+                    values[first + (usize::from(step.index) & (LANES - 1))];
+            }
+        }
+    }
+
+    /// Populations arriving in a row from the cells around it, whatever these are.
+    #[inline(always)]
+    fn pull_all(&self, links: &Links, beside: &Beside, f: &mut [[T; BATCH]; Q], at: usize) {
+        self.pull(links, beside, C[0], 0, &mut f[0][at..at + LANES]);
+        each_pair!(P, {
+            let (a, b) = (2 * P + 1, 2 * P + 2);
+            self.pull(links, beside, const { C[2 * P + 1] }, a, &mut f[a][at..at + LANES]);
+            self.pull(links, beside, const { C[2 * P + 2] }, b, &mut f[b][at..at + LANES]);
+        });
+    }
+
+    /// The fill around the interface cells of a row.
+    #[inline(always)]
+    fn pull_fill(&self, links: &Links, around: &SurfaceRow, fill: &mut [[T; BATCH]; Q], at: usize) {
+        each_pair!(P, {
+            let (a, b) = (2 * P + 1, 2 * P + 2);
+            if around.interface[a] != 0 {
+                self.pull(links, &around.beside, const { C[2 * P + 1] }, FILL, &mut fill[a][at..at + LANES]);
+            }
+            if around.interface[b] != 0 {
+                self.pull(links, &around.beside, const { C[2 * P + 2] }, FILL, &mut fill[b][at..at + LANES]);
+            }
+        });
+    }
+
+    /// Mass that the interface cells of a row gain from their neighbours, before `f` is mended at air and walls.
+    #[inline(always)]
+    fn exchange(
+        &self,
+        own: &Field<T>,
+        around: &SurfaceRow,
+        batch: &Batch<T>,
+        at: usize,
+        mass: &mut [f64; CELLS],
+    ) {
+        let first = (usize::from(around.row) & (ROWS - 1)) * LANES;
+        let mut gain = [0.0f64; LANES];
+        let half = T::from_f64(0.5);
+        for i in 1..Q {
+            let (liquid, between) = (around.liquid[i], around.interface[i]);
+            if liquid | between == 0 {
+                continue;
+            }
+            for k in 0..LANES {
+                let mean = half * (own[FILL][first + k] + batch.fill[i][at + k]);
+                let open = choose(liquid, k, T::ONE, choose(between, k, mean, T::ZERO));
+                gain[k] += (open * (batch.f[i][at + k] - own[opposite(i)][first + k])).to_f64();
+            }
+        }
+        for k in 0..LANES {
+            mass[first + k] += choose(around.kinds.interface, k, gain[k], 0.0);
+        }
+    }
+
+    /// Makes up what should come from the air.
+    #[inline(always)]
+    fn meet_air(
+        &self,
+        own: &Field<T>,
+        around: &SurfaceRow,
+        gravity: [T; 3],
+        f: &mut [[T; BATCH]; Q],
+        at: usize,
+    ) {
+        let first = (usize::from(around.row) & (ROWS - 1)) * LANES;
+        // Velocity before the populations moved; the gas has density 1 and moves with the fluid.
+        let mut u = [[T::ZERO; LANES]; 3];
+        let mut square = [T::ZERO; LANES];
+        for k in 0..LANES {
+            let mut excess = own[0][first + k];
+            let mut j = [T::ZERO; 3];
+            each_pair!(P, {
+                let (a, b) = (own[2 * P + 1][first + k], own[2 * P + 2][first + k]);
+                let c = const { C[2 * P + 1] };
+                excess += a + b;
+                for axis in 0..3 {
+                    match c[axis] {
+                        0 => {}
+                        1 => j[axis] += a - b,
+                        _ => j[axis] -= a - b,
+                    }
+                }
+            });
+            let inverse = T::ONE / (T::ONE + excess);
+            let weight = larger(smaller(own[FILL][first + k], T::ONE), T::ZERO);
+            let half = T::from_f64(0.5) * weight;
+            for axis in 0..3 {
+                u[axis][k] = j[axis] * inverse - half * gravity[axis];
+            }
+            square[k] = T::from_f64(1.5) * (u[0][k] * u[0][k] + u[1][k] * u[1][k] + u[2][k] * u[2][k]);
+        }
+        each_pair!(P, {
+            let (a, b) = (2 * P + 1, 2 * P + 2);
+            let (from_a, from_b) = (around.air[a], around.air[b]);
+            if from_a | from_b != 0 {
+                let c = const { C[2 * P + 1] };
+                for k in 0..LANES {
+                    let mut along = T::ZERO;
+                    for axis in 0..3 {
+                        match c[axis] {
+                            0 => {}
+                            1 => along += u[axis][k],
+                            _ => along -= u[axis][k],
+                        }
+                    }
+                    let both = T::from_f64(2.0 * W[a]) * (T::from_f64(4.5) * along * along - square[k]);
+                    f[a][at + k] = choose(from_a, k, both - own[b][first + k], f[a][at + k]);
+                    f[b][at + k] = choose(from_b, k, both - own[a][first + k], f[b][at + k]);
+                }
+            }
+        });
+    }
+
+    /// Sends back what would go into walls.
+    #[inline(always)]
+    fn meet_walls(
+        &self,
+        links: &Links,
+        own: &Field<T>,
+        around: &SurfaceRow,
+        f: &mut [[T; BATCH]; Q],
+        at: usize,
+    ) {
+        let first = (usize::from(around.row) & (ROWS - 1)) * LANES;
+        for i in 1..Q {
+            let solid = around.solid[i];
+            if solid == 0 {
+                continue;
+            }
+            for k in 0..LANES {
+                f[i][at + k] = choose(solid, k, own[opposite(i)][first + k], f[i][at + k]);
+            }
+            if self.moving_walls {
+                self.drag(links, first, i, solid, &mut f[i][at..at + LANES]);
+            }
+        }
+    }
+
+    /// Momentum from moving walls: `6 w rho c.u` with rho = 1 (Ladd 1994).
+    #[inline(never)]
+    fn drag(&self, links: &Links, first: usize, i: usize, solid: u8, f: &mut [T]) {
+        for k in (0..LANES).filter(|k| solid >> k & 1 == 1) {
+            let u = self.topology.wall_velocity(links.coordinates(first + k), C[i].map(|c| -c));
+            let along: f64 = (0..3).map(|a| f64::from(C[i][a]) * u[a]).sum();
+            f[k] += T::from_f64(6.0 * W[i] * along);
+        }
+    }
+
+    /// Fills a batch with bulk rows, ready to collide.
+    #[inline(always)]
+    fn load_bulk(&self, slot: usize, rows: &[u8], batch: &mut Batch<T>) {
+        let links = &self.links[slot];
+        for (n, &row) in rows.iter().enumerate() {
+            self.pull_all(links, &links.beside(usize::from(row)), &mut batch.f, n * LANES);
+        }
+        batch.mass = [T::INFINITY; BATCH];
+    }
+
+    /// Fills a batch with surface rows, ready to collide.
+    #[inline(always)]
+    fn load_surface(
+        &self,
+        slot: usize,
+        rows: &[SurfaceRow],
+        gravity: [T; 3],
+        batch: &mut Batch<T>,
+        mass: &mut [f64; CELLS],
+    ) {
+        let links = &self.links[slot];
+        let own = &self.front[slot];
+        for (n, row) in rows.iter().enumerate() {
+            self.pull_all(links, &row.beside, &mut batch.f, n * LANES);
+            self.pull_fill(links, row, &mut batch.fill, n * LANES);
+        }
+        for (n, row) in rows.iter().enumerate() {
+            let at = n * LANES;
+            if row.kinds.interface != 0 {
+                self.exchange(own, row, batch, at, mass);
+                if row.any_air != 0 {
+                    self.meet_air(own, row, gravity, &mut batch.f, at);
+                }
+            }
+            if row.any_solid != 0 {
+                self.meet_walls(links, own, row, &mut batch.f, at);
+            }
+            let wet = row.kinds.wet();
+            if wet != 0xff {
+                for i in 0..Q {
+                    for k in 0..LANES {
+                        batch.f[i][at + k] = choose(wet, k, batch.f[i][at + k], T::ZERO);
+                    }
+                }
+            }
+            let first = (usize::from(row.row) & (ROWS - 1)) * LANES;
+            for k in 0..LANES {
+                let held = T::from_f64(mass[first + k]);
+                batch.mass[at + k] = choose(row.kinds.interface, k, held, T::INFINITY);
+            }
+        }
+    }
+}
+
+/// Collides all lanes of a batch.
+#[inline(always)]
+fn collide_batch<T: Real, R: Relaxation<T>>(physics: &Physics<T, R>, batch: &mut Batch<T>) {
+    for k in 0..BATCH {
+        let f: [T; Q] = std::array::from_fn(|i| batch.f[i][k]);
+        let (post, density) = collide(&f, batch.mass[k], physics.gravity, &physics.law);
+        for i in 0..Q {
+            batch.f[i][k] = post[i];
+        }
+        batch.density[k] = density;
+    }
+}
+
+/// Writes a row of a batch back, and notes a cell that is no longer sound.
+#[inline(always)]
+fn store<T: Real>(batch: &Batch<T>, at: usize, row: u8, back: &mut Field<T>, findings: &mut Findings) {
+    let first = (usize::from(row) & (ROWS - 1)) * LANES;
+    for i in 0..Q {
+        back[i][first..first + LANES].copy_from_slice(&batch.f[i][at..at + LANES]);
+    }
+    let [low, high] = SOUND.map(T::from_f64);
+    let mut unsound = 0u8;
+    for k in 0..LANES {
+        let density = batch.density[at + k];
+        unsound |= u8::from(!(density > low && density < high)) << k;
+    }
+    if unsound != 0 {
+        findings.broken.get_or_insert(first + unsound.trailing_zeros() as usize);
+    }
+}
+
+/// New fill of the interface cells of a row, and which of them want to become liquid or air.
+#[inline(always)]
+fn judge<T: Real>(
+    around: &SurfaceRow,
+    density: &[T],
+    mass: &[f64; CELLS],
+    back: &mut Field<T>,
+    findings: &mut Findings,
+) {
+    let row = usize::from(around.row) & (ROWS - 1);
+    let first = row * LANES;
+    let mut fill = [0.0; LANES];
+    for k in 0..LANES {
+        fill[k] = mass[first + k] / density[k].to_f64();
+        back[FILL][first + k] = T::from_f64(fill[k]);
+    }
+    let below = |limit: f64| (0..LANES).fold(0, |bits, k| bits | u8::from(fill[k] < limit) << k);
+    let above = |limit: f64| (0..LANES).fold(0, |bits, k| bits | u8::from(fill[k] > limit) << k);
+    let interface = around.kinds.interface;
+    let full = (above(FULL) | above(FULL_INSIDE) & !around.any_air) & interface;
+    let empty = (below(EMPTY) | below(EMPTY_OUTSIDE) & !around.any_liquid) & interface;
+    findings.full[row] = full;
+    findings.empty[row] = empty;
+    findings.any |= full | empty != 0;
+}
+
+/// One step of one block.
+#[inline(always)]
+fn step_block<T: Real, R: Relaxation<T>>(
+    source: Source<'_, T>,
+    slot: usize,
+    rows: &Rows,
+    physics: &Physics<T, R>,
+    back: &mut Field<T>,
+    mass: &mut [f64; CELLS],
+    findings: &mut Findings,
+) {
+    let mut batch = Batch::new();
+    for rows in rows.bulk.chunks(BATCH_ROWS) {
+        source.load_bulk(slot, rows, &mut batch);
+        collide_batch(physics, &mut batch);
+        for (n, &row) in rows.iter().enumerate() {
+            store(&batch, n * LANES, row, back, findings);
+        }
+    }
+    for rows in rows.surface.chunks(BATCH_ROWS) {
+        source.load_surface(slot, rows, physics.gravity, &mut batch, mass);
+        collide_batch(physics, &mut batch);
+        for (n, row) in rows.iter().enumerate() {
+            store(&batch, n * LANES, row.row, back, findings);
+            if row.kinds.interface != 0 {
+                judge(row, &batch.density[n * LANES..(n + 1) * LANES], mass, back, findings);
+            }
+        }
+    }
+}
+
+/// [`step_block`] compiled for processors with AVX2.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn step_block_avx2<T: Real, R: Relaxation<T>>(
+    source: Source<'_, T>,
+    slot: usize,
+    rows: &Rows,
+    physics: &Physics<T, R>,
+    back: &mut Field<T>,
+    mass: &mut [f64; CELLS],
+    findings: &mut Findings,
+) {
+    step_block(source, slot, rows, physics, back, mass, findings);
+}
+
+/// [`step_block`] for the processor at hand. Both forms give the same bits: the same operations, only wider.
+#[allow(unsafe_code)]
+fn step_block_here<T: Real, R: Relaxation<T>>(
+    source: Source<'_, T>,
+    slot: usize,
+    rows: &Rows,
+    physics: &Physics<T, R>,
+    back: &mut Field<T>,
+    mass: &mut [f64; CELLS],
+    findings: &mut Findings,
+) {
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx2") {
+        // SAFETY: the processor was just asked whether it has AVX2.
+        return unsafe { step_block_avx2(source, slot, rows, physics, back, mass, findings) };
+    }
+    step_block(source, slot, rows, physics, back, mass, findings);
+}
+
+impl<T: Real> Grid<T> {
+    /// Streams and collides all blocks once. The new populations are in `front` afterwards.
+    pub(crate) fn step<R: Relaxation<T>>(
+        &mut self,
+        rows: &[Rows],
+        physics: &Physics<T, R>,
+        findings: &mut Vec<Findings>,
+    ) {
+        findings.resize(self.len(), Findings::default());
+        let Self { topology, links, front, back, mass, .. } = self;
+        let source = Source { topology, links, front, moving_walls: topology.moving_walls() };
+        (back.par_iter_mut(), mass.par_iter_mut(), findings.par_iter_mut(), rows.par_iter())
+            .into_par_iter()
+            .enumerate()
+            .skip(2)
+            .for_each(|(slot, (back, mass, findings, rows))| {
+                if findings.any {
+                    *findings = Findings::default();
+                }
+                if !rows.is_empty() {
+                    step_block_here(source, slot, rows, physics, back, mass, findings);
+                }
+            });
+        std::mem::swap(&mut self.front, &mut self.back);
+    }
+
+    /// The moments of every wet cell of a block, as the next collision will see them.
+    pub(crate) fn moments(
+        &self,
+        slot: usize,
+        rows: &Rows,
+        gravity: [T; 3],
+        mut see: impl FnMut(usize, &Moments<T>),
+    ) {
+        let Self { topology, links, front, .. } = self;
+        let source = Source { topology, links, front, moving_walls: topology.moving_walls() };
+        let mut mass = self.mass[slot].clone();
+        let mut batch = Batch::new();
+        let mut show = |batch: &Batch<T>, n: usize, row: u8, kinds: Kinds| {
+            for k in (0..LANES).filter(|k| kinds.wet() >> k & 1 == 1) {
+                let f: [T; Q] = std::array::from_fn(|i| batch.f[i][n * LANES + k]);
+                see(usize::from(row) * LANES + k, &moments(&f, batch.mass[n * LANES + k], gravity));
+            }
+        };
+        for rows in rows.bulk.chunks(BATCH_ROWS) {
+            source.load_bulk(slot, rows, &mut batch);
+            for (n, &row) in rows.iter().enumerate() {
+                show(&batch, n, row, self.kinds[slot][usize::from(row)]);
+            }
+        }
+        for rows in rows.surface.chunks(BATCH_ROWS) {
+            source.load_surface(slot, rows, gravity, &mut batch, &mut mass);
+            for (n, row) in rows.iter().enumerate() {
+                show(&batch, n, row.row, row.kinds);
+            }
+        }
+    }
+}

@@ -1,0 +1,303 @@
+//! The free surface between steps: interface cells that fill up or run dry.
+//!
+//! A step only *proposes* ([`Findings`]). Here the proposals of all blocks are *resolved* against each other, new
+//! interface cells are *initialised* from what is around them, and all is *committed*; each stage sees the state the
+//! stage before left, so the order of cells does not matter. The work is proportional to the number of conversions.
+//!
+//! - A full cell becomes liquid; air beside it becomes interface.
+//! - An empty cell becomes air, unless a cell beside it has just become liquid; liquid beside it becomes interface.
+//! - A new interface cell starts at equilibrium with the mean density and velocity of the fluid beside it (Schwarzmeier
+//!   and Ruede 2022).
+//! - What a converted cell has too much or too little goes evenly to the interface cells beside it. Where there are
+//!   none (a bubble closes, a crumb dries up), it goes to the nearest interface cell: never dropped, and counted.
+//! - Crumbs, interface cells that touch neither liquid nor an interface cell that does, would fall freely; they
+//!   are taken up by the nearest interface cell.
+
+use crate::collision::{density_and_momentum, equilibrium};
+use crate::grid::{FILL, Grid, Kinds};
+use crate::lattice::{C, MIRROR, Q};
+use crate::real::Real;
+use crate::stream::Findings;
+use crate::topology::{AIR, CELLS, EDGE, OUTSIDE, ROWS};
+
+/// A cell: its block's slot and its number there.
+type Cell = (usize, usize);
+
+/// What was done to keep every bit of mass, since the start.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Ledger {
+    /// Events in which mass had no interface beside it and went to the nearest one.
+    pub(crate) stranded: u64,
+    /// Mass that has nowhere to go at present, because there is no interface at all.
+    pub(crate) waiting: f64,
+}
+
+impl<T: Real> Grid<T> {
+    fn kind(&self, (slot, cell): Cell) -> (Kinds, u8) {
+        (self.kinds[slot][cell / EDGE], 1 << (cell % EDGE))
+    }
+
+    fn is_interface(&self, cell: Cell) -> bool {
+        let (kinds, bit) = self.kind(cell);
+        kinds.interface & bit != 0
+    }
+
+    fn is_liquid(&self, cell: Cell) -> bool {
+        let (kinds, bit) = self.kind(cell);
+        kinds.liquid & bit != 0
+    }
+
+    fn set_kind(&mut self, (slot, cell): Cell, liquid: bool, interface: bool) {
+        let bit = 1u8 << (cell % EDGE);
+        let kinds = &mut self.kinds[slot][cell / EDGE];
+        let before = kinds.wet() & bit != 0;
+        self.wet = self.wet + usize::from(liquid || interface) - usize::from(before);
+        kinds.liquid = kinds.liquid & !bit | if liquid { bit } else { 0 };
+        kinds.interface = kinds.interface & !bit | if interface { bit } else { 0 };
+        self.touch(slot, cell);
+    }
+
+    fn populations(&self, (slot, cell): Cell) -> [T; Q] {
+        std::array::from_fn(|i| self.front[slot][i][cell])
+    }
+
+    /// The cells around a cell, with the mirrors crossed; a cell seen twice, directly and in a mirror, comes twice.
+    fn around(&self, (slot, cell): Cell) -> impl Iterator<Item = (Cell, u8)> + '_ {
+        let links = &self.links[slot];
+        (1..Q).map(move |i| {
+            let (slot, cell, flip) = links.cell(cell, C[i]);
+            ((slot as usize, cell), flip)
+        })
+    }
+
+    /// Mass of a liquid cell, its density.
+    fn liquid_mass(&self, cell: Cell) -> f64 {
+        1.0 + density_and_momentum(&self.populations(cell)).0
+    }
+
+    /// Resolves and commits what a step proposed.
+    pub(crate) fn convert(&mut self, findings: &[Findings], ledger: &mut Ledger) {
+        let cells_of = |pick: fn(&Findings) -> &[u8; ROWS]| -> Vec<Cell> {
+            let mut cells = Vec::new();
+            for slot in self.slots().filter(|slot| findings[*slot].any) {
+                for (row, bits) in pick(&findings[slot]).iter().enumerate() {
+                    cells.extend((0..EDGE).filter(|k| bits >> k & 1 == 1).map(|k| (slot, row * EDGE + k)));
+                }
+            }
+            cells
+        };
+        let full = cells_of(|found| &found.full);
+        let mut empty = cells_of(|found| &found.empty);
+        if full.is_empty() && empty.is_empty() {
+            return;
+        }
+        // An empty cell beside one that has just filled stays, or the new liquid would touch air.
+        let fills = |(slot, cell): Cell| {
+            slot < findings.len()
+                && findings[slot].any
+                && findings[slot].full[cell / EDGE] >> (cell % EDGE) & 1 == 1
+        };
+        empty.retain(|cell| !self.around(*cell).any(|(beside, _)| fills(beside)));
+
+        for &(slot, cell) in &full {
+            self.allocate_around(slot, cell);
+        }
+        let mut wetted: Vec<Cell> = Vec::new();
+        for &cell in &full {
+            wetted.extend(self.around(cell).map(|(beside, _)| beside).filter(|beside| {
+                let (kinds, bit) = self.kind(*beside);
+                kinds.air() & bit != 0
+            }));
+        }
+        let mut drained: Vec<Cell> = Vec::new();
+        for &cell in &empty {
+            drained
+                .extend(self.around(cell).map(|(beside, _)| beside).filter(|beside| self.is_liquid(*beside)));
+        }
+        for list in [&mut wetted, &mut drained] {
+            list.sort_unstable();
+            list.dedup();
+        }
+        let fresh: Vec<[T; Q]> = wetted.iter().map(|cell| self.mean_equilibrium(*cell)).collect();
+
+        for &cell in &drained {
+            let mass = self.liquid_mass(cell);
+            self.set_interface(cell, mass, T::ONE);
+        }
+        for (&cell, fresh) in wetted.iter().zip(&fresh) {
+            for i in 0..Q {
+                self.front[cell.0][i][cell.1] = fresh[i];
+            }
+            self.set_interface(cell, 0.0, T::ZERO);
+        }
+        let mut excess: Vec<(Cell, f64)> = Vec::with_capacity(full.len() + empty.len());
+        for &cell in &full {
+            excess.push((cell, self.mass[cell.0][cell.1] - self.liquid_mass(cell)));
+            self.set_kind(cell, true, false);
+        }
+        for &cell in &empty {
+            excess.push((cell, self.mass[cell.0][cell.1]));
+            self.set_kind(cell, false, false);
+        }
+        for (cell, excess) in excess {
+            self.hand_out(cell, excess, ledger);
+        }
+    }
+
+    fn set_interface(&mut self, cell: Cell, mass: f64, fill: T) {
+        self.set_kind(cell, false, true);
+        self.mass[cell.0][cell.1] = mass;
+        self.front[cell.0][FILL][cell.1] = fill;
+    }
+
+    /// Makes sure that blocks exist for all neighbours of a cell.
+    fn allocate_around(&mut self, slot: usize, cell: usize) {
+        let at = [cell % EDGE, cell / EDGE % EDGE, cell / ROWS];
+        if at.iter().all(|x| (1..EDGE - 1).contains(x)) {
+            return;
+        }
+        for i in 1..Q {
+            let (beside, ..) = self.links[slot].cell(cell, C[i]);
+            if beside != AIR {
+                continue;
+            }
+            // Absent blocks are found by coordinates; mirrors and walls lead to blocks that exist.
+            let offset = [0, 1, 2].map(|a| {
+                let step = self.links[slot].steps[a][(at[a] as i32 + C[i][a] + 1) as usize];
+                i32::from(step.block) - 1
+            });
+            let place = self.links[slot].place.map(|p| p as usize);
+            if let Some(place) = self.topology.beside(place, offset) {
+                self.allocate(place);
+            }
+        }
+    }
+
+    /// Equilibrium at the mean density and velocity of the fluid beside a cell.
+    fn mean_equilibrium(&self, cell: Cell) -> [T; Q] {
+        let (mut n, mut density, mut velocity) = (0.0, 0.0, [0.0; 3]);
+        for (beside, flip) in self.around(cell) {
+            let (kinds, bit) = self.kind(beside);
+            if kinds.wet() & bit == 0 {
+                continue;
+            }
+            let f = self.populations(beside);
+            let seen: [T; Q] = std::array::from_fn(|i| f[usize::from(MIRROR[usize::from(flip)][i])]);
+            let (excess, momentum) = density_and_momentum(&seen);
+            n += 1.0;
+            density += excess;
+            for a in 0..3 {
+                velocity[a] += momentum[a] / (1.0 + excess);
+            }
+        }
+        equilibrium(density / n, velocity.map(|u| u / n))
+    }
+
+    /// Gives mass in equal shares to the interface beside a cell, or else to the nearest.
+    fn hand_out(&mut self, cell: Cell, mass: f64, ledger: &mut Ledger) {
+        let takers: Vec<Cell> =
+            self.around(cell).map(|(beside, _)| beside).filter(|beside| self.is_interface(*beside)).collect();
+        if takers.is_empty() {
+            self.strand(cell, mass, ledger);
+            return;
+        }
+        let share = mass / takers.len() as f64;
+        for (slot, cell) in takers {
+            self.mass[slot][cell] += share;
+        }
+    }
+
+    /// Gives mass to the nearest interface cell.
+    fn strand(&mut self, from: Cell, mass: f64, ledger: &mut Ledger) {
+        ledger.stranded += 1;
+        let origin = self.links[from.0].coordinates(from.1);
+        let distance = |cell: &Cell| -> usize {
+            let at = self.links[cell.0].coordinates(cell.1);
+            (0..3).map(|a| at[a].abs_diff(origin[a]).pow(2)).sum()
+        };
+        let nearest =
+            self.interface_cells().filter(|cell| *cell != from).min_by_key(|cell| (distance(cell), *cell));
+        match nearest {
+            Some((slot, cell)) => self.mass[slot][cell] += mass,
+            None => ledger.waiting += mass,
+        }
+    }
+
+    /// All interface cells, in the order of their slots.
+    pub(crate) fn interface_cells(&self) -> impl Iterator<Item = Cell> + '_ {
+        self.slots().flat_map(move |slot| {
+            (0..CELLS).filter(move |cell| self.is_interface((slot, *cell))).map(move |cell| (slot, cell))
+        })
+    }
+
+    /// Removes crumbs.
+    pub(crate) fn remove_crumbs(&mut self, ledger: &mut Ledger) {
+        let touches_liquid = |cell: Cell| self.around(cell).any(|(beside, _)| self.is_liquid(beside));
+        let crumbs: Vec<Cell> = self
+            .interface_cells()
+            .filter(|cell| !touches_liquid(*cell))
+            .filter(|cell| {
+                !self.around(*cell).any(|(beside, _)| self.is_interface(beside) && touches_liquid(beside))
+            })
+            .collect();
+        for &cell in &crumbs {
+            self.set_kind(cell, false, false);
+        }
+        for &cell in &crumbs {
+            self.strand(cell, self.mass[cell.0][cell.1], ledger);
+        }
+    }
+
+    /// Releases blocks without fluid whose neighbours have none at the common side either.
+    pub(crate) fn release_dry(&mut self) {
+        let dry: Vec<usize> =
+            self.slots().filter(|slot| self.kinds[*slot].iter().all(|kinds| kinds.wet() == 0)).collect();
+        for slot in dry {
+            self.release(slot);
+        }
+    }
+
+    /// Mass of all fluid in cells of density 1.
+    pub(crate) fn total_mass(&self) -> f64 {
+        let mut slots: Vec<usize> = self.slots().collect();
+        slots.retain(|slot| *slot > OUTSIDE as usize);
+        tremie_numerics::sum::ordered_sum(&slots, |&slot| {
+            let mut mass = 0.0;
+            for (row, kinds) in self.kinds[slot].iter().enumerate() {
+                for k in 0..EDGE {
+                    let cell = row * EDGE + k;
+                    if kinds.liquid >> k & 1 == 1 {
+                        mass += self.liquid_mass((slot, cell));
+                    } else if kinds.interface >> k & 1 == 1 {
+                        mass += self.mass[slot][cell];
+                    }
+                }
+            }
+            mass
+        })
+    }
+
+    /// Volume of all fluid in cells: liquid cells and the fill of interface cells.
+    pub(crate) fn volume(&self) -> f64 {
+        self.slots()
+            .map(|slot| {
+                let liquid: u32 = self.kinds[slot].iter().map(|kinds| kinds.liquid.count_ones()).sum();
+                let held = (0..CELLS).filter(|cell| self.is_interface((slot, *cell)));
+                f64::from(liquid) + held.map(|cell| self.front[slot][FILL][cell].to_f64()).sum::<f64>()
+            })
+            .sum()
+    }
+
+    /// Spreads mass evenly over all interface cells; returns whether there are any.
+    pub(crate) fn spread_mass(&mut self, mass: f64) -> bool {
+        let cells: Vec<Cell> = self.interface_cells().collect();
+        if cells.is_empty() {
+            return false;
+        }
+        let share = mass / cells.len() as f64;
+        for (slot, cell) in &cells {
+            self.mass[*slot][*cell] += share;
+        }
+        true
+    }
+}
