@@ -1,2 +1,7 @@
-//! Program
-fn main() {}
+//! Tremie's command line.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    tremie::main()
+}
