@@ -207,19 +207,28 @@ impl<T: Real> Grid<T> {
         }
     }
 
-    /// Gives mass to the nearest interface cell.
+    /// Gives mass to the nearest interface cell, in equal shares if several are equally near.
     fn strand(&mut self, from: Cell, mass: f64, ledger: &mut Ledger) {
         ledger.stranded += 1;
         let origin = self.links[from.0].coordinates(from.1);
-        let distance = |cell: &Cell| -> usize {
+        let (mut nearest, mut least) = (Vec::new(), usize::MAX);
+        for cell in self.interface_cells().filter(|cell| *cell != from) {
             let at = self.links[cell.0].coordinates(cell.1);
-            (0..3).map(|a| at[a].abs_diff(origin[a]).pow(2)).sum()
-        };
-        let nearest =
-            self.interface_cells().filter(|cell| *cell != from).min_by_key(|cell| (distance(cell), *cell));
-        match nearest {
-            Some((slot, cell)) => self.mass[slot][cell] += mass,
-            None => ledger.waiting += mass,
+            let distance = (0..3).map(|a| at[a].abs_diff(origin[a]).pow(2)).sum();
+            if distance < least {
+                nearest.clear();
+                least = distance;
+            }
+            if distance == least {
+                nearest.push(cell);
+            }
+        }
+        if nearest.is_empty() {
+            ledger.waiting += mass;
+        }
+        let share = mass / nearest.len() as f64;
+        for (slot, cell) in nearest {
+            self.mass[slot][cell] += share;
         }
     }
 

@@ -1,0 +1,68 @@
+//! Fluids that have no reason to move, and exact flows that a lattice must get right.
+
+use crate::{advance, advanced, case, cells};
+
+#[test]
+fn a_tank_at_rest_stays_at_rest() {
+    let text = "[material]\ndensity = \"1000 kg/m3\"\n[material.newtonian]\nviscosity = \"1 Pa s\"\n\
+         [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"0.1 m\", \"0.1 m\", \"0.2 m\"]\n\
+         [[fluid]]\nbox = { min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"0.1 m\", \"0.1 m\", \"0.1537 m\"] }\n\
+         [lbm]\ncell_size = \"10 mm\"\nprecision = \"f64\"\nhydrostatic_error = \"0.05 %\"\n";
+    let cells = cells(&*advanced(&case(text), 4000));
+    let mut level = 0.0;
+    for k in 0..cells.count[2] {
+        let n = cells.index(4, 5, k);
+        level += cells.fill[n] * cells.size;
+        if cells.fill[n] == 1.0 {
+            let depth = 0.1537 - (k as f64 + 0.5) * cells.size;
+            let exact = 1000.0 * 9.81 * depth;
+            assert!((cells.pressure[n] - exact).abs() < 0.005 * 1000.0 * 9.81 * 0.1537, "{depth}");
+        }
+    }
+    assert!((level - 0.1537).abs() < 0.02 * cells.size, "{level}");
+    let fastest = cells.velocity.iter().map(|u| u.length()).fold(0.0, f64::max);
+    assert!(fastest < 1e-6 * (9.81f64 * 0.1537).sqrt(), "{fastest}");
+}
+
+#[test]
+fn a_block_below_its_yield_stress_does_not_flow() {
+    // tau0 / (rho g H) = 1.1: far too stiff to flow under its own weight.
+    let text = "[material]\ndensity = \"2300 kg/m3\"\n\
+         [material.bingham]\nyield_stress = \"2500 Pa\"\nplastic_viscosity = \"50 Pa s\"\n\
+         [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"0.2 m\", \"0.2 m\", \"0.15 m\"]\n\
+         [[fluid]]\nbox = { min = [\"0.05 m\", \"0.05 m\", \"0 m\"], max = [\"0.15 m\", \"0.15 m\", \"0.1 m\"] }\n\
+         [lbm]\ncell_size = \"10 mm\"\n";
+    let mut simulation = advanced(&case(text), 3000);
+    let before = cells(&*simulation);
+    advance(&mut *simulation, 1000);
+    let after = cells(&*simulation);
+    assert_eq!(before.count, after.count);
+    for n in 0..before.fill.len() {
+        assert!((before.fill[n] - after.fill[n]).abs() < 0.01);
+    }
+}
+
+#[test]
+fn a_channel_carries_its_parabola() {
+    // Body force along x between two walls: u = g (z/2)(H - z)/nu, exact in the middle of the cells.
+    let text = "[material]\ndensity = \"1000 kg/m3\"\n[material.newtonian]\nviscosity = \"1 Pa s\"\n\
+         [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"10 mm\", \"10 mm\", \"0.16 m\"]\n\
+         gravity = [\"0.001 m/s2\", \"0 m/s2\", \"0 m/s2\"]\n\
+         [domain.sides]\nx_min = \"periodic\"\nx_max = \"periodic\"\ny_min = \"periodic\"\ny_max = \"periodic\"\n\
+         [[fluid]]\nbox = { min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"10 mm\", \"10 mm\", \"0.16 m\"] }\n\
+         [lbm]\ncell_size = \"10 mm\"\nprecision = \"f64\"\ntime_step = \"0.02 s\"\n";
+    let cells = cells(&*advanced(&case(text), 8000));
+    for k in 0..16 {
+        let z = (k as f64 + 0.5) * 0.01;
+        let exact = 0.001 * 0.5 * z * (0.16 - z) / 1e-3;
+        let n = cells.index(0, 0, k);
+        assert!(
+            (cells.velocity[n].x - exact).abs() < 1e-6 * exact,
+            "{} against {exact}",
+            cells.velocity[n].x
+        );
+        let (rate, wall) = (0.001 * (0.08 - z).abs() / 1e-3, 0.08);
+        assert!((cells.shear_rate[n] - rate).abs() < 1e-6 * wall, "{} against {rate}", cells.shear_rate[n]);
+        assert!((cells.stress[n] - rate).abs() < 1e-6 * wall);
+    }
+}
