@@ -132,7 +132,6 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
     }
 
     fn advance(&mut self) -> Result<(), Breakdown> {
-        self.grid.sort_rows(&mut self.rows);
         self.grid.step(&self.rows, &self.physics, &mut self.findings);
         self.steps += 1;
         self.updates += self.grid.wet as u64;
@@ -151,6 +150,8 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         if self.steps.is_multiple_of(REPAY) {
             self.repay();
         }
+        // At the end already: a snapshot sees the rows too, and must see them as the cells are now.
+        self.grid.sort_rows(&mut self.rows);
         Ok(())
     }
 
