@@ -162,11 +162,19 @@ impl RunFolder {
         serde_json::from_str(&text).map_err(|source| FolderError::Json { path, source })
     }
 
+    /// Writes the results, as the run loop does; for those who have more to say about them.
+    ///
+    /// # Errors
+    /// If the file system refuses.
+    pub fn write_summary(&self, summary: &serde_json::Value) -> Result<(), FolderError> {
+        self.write_json(&self.summary(), summary)
+    }
+
     pub(crate) fn write_record(&self, record: &RunRecord) -> Result<(), FolderError> {
         self.write_json(&self.path.join(RECORD), record)
     }
 
-    pub(crate) fn write_json(&self, path: &Path, value: &impl Serialize) -> Result<(), FolderError> {
+    fn write_json(&self, path: &Path, value: &impl Serialize) -> Result<(), FolderError> {
         let mut text = serde_json::to_string_pretty(value)
             .map_err(|source| FolderError::Json { path: path.to_owned(), source })?;
         text.push('\n');
@@ -196,6 +204,9 @@ pub struct RunRecord {
     pub program: String,
     /// Numerical method.
     pub method: String,
+    /// Name of the standard experiment that the case stands for, if it does; its figures join the results.
+    #[serde(default)]
+    pub experiment: Option<String>,
     /// Seed of the random streams, if the case uses any.
     pub seed: Option<u64>,
     /// Time step, lattice units and the like, as the method describes them.
@@ -227,6 +238,7 @@ impl RunRecord {
         Self {
             program: program.into(),
             method: method.into(),
+            experiment: None,
             seed,
             scaling,
             machine: Machine::this(),

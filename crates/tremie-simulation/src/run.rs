@@ -114,7 +114,7 @@ pub fn run(
     observer.progress(&run.progress(simulation, &mut meter, Instant::now()));
     run.save(simulation, Some(reason))?;
     let summary = run.summary(simulation, reason);
-    folder.write_json(&folder.summary(), &summary.json())?;
+    folder.write_summary(&summary.json())?;
     Ok(Outcome { reason, summary })
 }
 

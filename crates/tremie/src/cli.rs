@@ -1,28 +1,72 @@
 //! The command line: what can be typed.
 
+use std::num::NonZeroUsize;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::validate;
+use crate::{check, failure, lab, run, validate};
 
+/// Virtual laboratory and casting simulator for fresh concrete and other yield-stress fluids.
 #[derive(Debug, Parser)]
-#[command(version, about)]
+#[command(
+    version,
+    propagate_version = true,
+    after_help = "\
+Examples:
+  tremie lab slump-flow --yield-stress 50Pa --viscosity 30Pa.s
+  tremie check cases/slump-flow/case.toml
+  tremie run cases/slump-flow/case.toml
+  tremie resume runs/slump-flow"
+)]
 struct Program {
+    /// Threads that compute [default: all cores]; the results do not depend on it
+    #[arg(long, global = true, value_name = "N")]
+    threads: Option<NonZeroUsize>,
     #[command(subcommand)]
     command: Command,
 }
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Compare every benchmark with its reference.
+    /// Do a standard test in the virtual laboratory
+    #[command(subcommand)]
+    Lab(lab::Experiment),
+    /// Run a case file
+    Run(run::RunArguments),
+    /// Go on with an interrupted run
+    Resume(run::ResumeArguments),
+    /// Say what a case will cost, and whether its numbers are sound
+    Check(check::Arguments),
+    /// Compare benchmarks with their references
     Validate(validate::Arguments),
 }
 
-/// Runs the program.
+/// Runs the program with the arguments of the process.
 pub fn main() -> ExitCode {
-    let done = match Program::parse().command {
-        Command::Validate(arguments) => validate::run(arguments),
-    };
-    done.unwrap_or(ExitCode::FAILURE)
+    let program = Program::parse();
+    let result = (|| {
+        // Within one pool, or else every parallel loop would be handed over from the main thread.
+        let threads = program.threads.map_or(0, NonZeroUsize::get);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+        pool.install(|| match program.command {
+            Command::Lab(experiment) => lab::run(experiment),
+            Command::Run(arguments) => run::run(arguments),
+            Command::Resume(arguments) => run::resume(arguments),
+            Command::Check(arguments) => check::run(&arguments),
+            Command::Validate(arguments) => validate::run(arguments),
+        })
+    })();
+    result.unwrap_or_else(|error| failure::report(&error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        use clap::CommandFactory;
+        Program::command().debug_assert();
+    }
 }

@@ -1,8 +1,21 @@
 //! The program: commands, progress and the virtual laboratory, over the libraries of the workspace.
 //!
-//! This is the only crate that prints.
+//! This is the only crate that prints, and only `terminal` does it. Results go to standard output; progress,
+//! warnings and errors to standard error. What a command computes runs in one pool of threads (`cli`). A run, whether
+//! started from a case file, resumed or set up by the laboratory, goes through one door, `run::Job`.
+//!
+//! Exit codes: 0 done, 1 failed (the numbers broke down, a benchmark failed), 2 wrong input or arguments, 130
+//! interrupted.
 
+mod check;
 mod cli;
+mod failure;
+mod interrupt;
+mod lab;
+mod numbers;
+mod progress;
+mod run;
+mod terminal;
 pub mod validate;
 
 pub use cli::main;

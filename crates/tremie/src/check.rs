@@ -1,0 +1,99 @@
+//! `tremie check`: what a case will cost, before it is run.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use serde_json::json;
+use tremie_case::Case;
+
+use crate::failure::WrongInput;
+use crate::numbers::{Numbers, duration};
+use crate::terminal;
+
+/// Wall-clock time for which the simulation is run to see how fast it is.
+const TRIAL: Duration = Duration::from_millis(500);
+/// Steps before that, in which memory and caches warm up.
+const WARM_UP: usize = 3;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  tremie check cases/slump-flow/case.toml
+  tremie check my-case.toml --json
+
+The first steps are run to see how fast this machine is; nothing is written.")]
+pub(crate) struct Arguments {
+    /// The case file
+    case: PathBuf,
+    /// Print JSON, in SI units
+    #[arg(long)]
+    json: bool,
+}
+
+/// Checks a case.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
+    let case = Case::read(&arguments.case)?;
+    let numbers = Numbers::new(&case);
+    let refusal = numbers.too_large();
+    let pace = if refusal.is_none() { Some(Pace::measure(&case)?) } else { None };
+    let warnings = numbers.warnings();
+
+    if arguments.json {
+        let mut json = numbers.json();
+        json["threads"] = json!(rayon::current_num_threads());
+        json["estimated_time_s"] = json!(pace.map(|pace| pace.step * numbers.plan.steps));
+        json["updates_per_second"] = json!(pace.map(|pace| pace.updates));
+        json["warnings"] = json!(warnings);
+        terminal::say(&format!("{json:#}"));
+    } else {
+        let mut rows = numbers.rows();
+        if let Some(pace) = pace {
+            let earlier = if case.stop.rest.is_some() { " at most; rest comes earlier" } else { "" };
+            let threads = rayon::current_num_threads();
+            rows.push((
+                "estimated time",
+                format!(
+                    "{}{earlier} ({:.0} M cell updates/s on {threads} threads)",
+                    duration(pace.step * numbers.plan.steps),
+                    1e-6 * pace.updates
+                ),
+            ));
+        }
+        terminal::say(&format!("{}\n{}", case.title, terminal::columns(&rows)));
+        for warning in warnings {
+            terminal::warn(&warning);
+        }
+    }
+    match refusal {
+        Some(refusal) => Err(WrongInput(refusal).into()),
+        None => Ok(ExitCode::SUCCESS),
+    }
+}
+
+/// How fast the simulation is at its start.
+#[derive(Clone, Copy)]
+struct Pace {
+    /// Wall-clock seconds a step.
+    step: f64,
+    /// Updates of wet cells per wall-clock second.
+    updates: f64,
+}
+
+impl Pace {
+    fn measure(case: &Case) -> anyhow::Result<Self> {
+        let mut simulation = tremie_lbm::simulation(case);
+        for _ in 0..WARM_UP {
+            simulation.advance()?;
+        }
+        let (began, before) = (Instant::now(), simulation.load().updates);
+        let mut steps = 0.0;
+        while began.elapsed() < TRIAL {
+            simulation.advance()?;
+            steps += 1.0;
+        }
+        let seconds = began.elapsed().as_secs_f64();
+        Ok(Self { step: seconds / steps, updates: (simulation.load().updates - before) as f64 / seconds })
+    }
+}

@@ -1,0 +1,269 @@
+//! The numbers of a run: what a case means on the lattice, which of them are out of their good range, and how people
+//! read them.
+
+use indicatif::{HumanBytes, HumanCount};
+use serde_json::{Value, json};
+use tremie_case::{Case, Method, Side};
+use tremie_lbm::Plan;
+
+/// Relaxation times outside of which the collision is inaccurate (above) or close to unstable (below).
+const RELAXATION_TIME: [f64; 2] = [0.505, 1.5];
+/// Mach number above which the method's compressibility shows.
+const MACH: f64 = 0.3;
+/// Relative change of density under the fluid's own weight above which its volume is wrong.
+const HYDROSTATIC_ERROR: f64 = 0.05;
+/// Cells across the fluid below which it is hardly resolved.
+const CELLS_ACROSS: f64 = 5.0;
+
+/// The numbers of a case.
+pub(crate) struct Numbers {
+    pub(crate) plan: Plan,
+    /// Cells across the thinnest extent of all the fluid at the start.
+    pub(crate) cells_across: f64,
+    title: String,
+    stop_time: f64,
+    stops_at_rest: bool,
+}
+
+impl Numbers {
+    pub(crate) fn new(case: &Case) -> Self {
+        let plan = Plan::new(case);
+        Self {
+            cells_across: thinnest(case) / plan.scaling.cell_size,
+            plan,
+            title: case.title.clone(),
+            stop_time: case.stop.time,
+            stops_at_rest: case.stop.rest.is_some(),
+        }
+    }
+
+    /// For files, in SI units.
+    pub(crate) fn json(&self) -> Value {
+        let plan = &self.plan;
+        json!({
+            "title": self.title,
+            "cell_size_m": plan.scaling.cell_size,
+            "cells": plan.cells,
+            "wet_cells": plan.wet_cells.round(),
+            "memory_bytes": plan.memory.round(),
+            "time_step_s": plan.scaling.time_step,
+            "steps": plan.steps,
+            "stop_time_s": self.stop_time,
+            "stops_at_rest": self.stops_at_rest,
+            "height_m": plan.height,
+            "reference_speed_m_s": plan.reference_speed,
+            "velocity_unit_m_s": plan.scaling.velocity_unit(),
+            "stress_unit_Pa": plan.scaling.stress_unit(),
+            "relaxation_time": plan.relaxation_time,
+            "mach": plan.mach,
+            "hydrostatic_error": plan.hydrostatic_error,
+            "bingham": plan.bingham,
+            "reynolds": plan.reynolds,
+        })
+    }
+
+    /// Names and values for people.
+    pub(crate) fn rows(&self) -> Vec<(&'static str, String)> {
+        let plan = &self.plan;
+        let rest = if self.stops_at_rest { ", fewer if the fluid comes to rest" } else { "" };
+        vec![
+            ("cells", self.cells()),
+            ("wet cells at the start", HumanCount(plan.wet_cells.round() as u64).to_string()),
+            ("memory", format!("about {}", HumanBytes(plan.memory as u64))),
+            ("time step", seconds(plan.scaling.time_step)),
+            ("steps", format!("{} to {}{rest}", HumanCount(plan.steps as u64), seconds(self.stop_time))),
+            ("relaxation time tau", format!("{:.3}  (good: 0.505 to 1.5)", plan.relaxation_time)),
+            ("Mach number", format!("{:.3}  (good: below 0.3)", plan.mach)),
+            (
+                "hydrostatic density error",
+                format!("{:.1} %  (good: below 5 %)", 100.0 * plan.hydrostatic_error),
+            ),
+            ("Bingham number", significant(plan.bingham)),
+            (
+                "Reynolds number",
+                format!("{}  (at {:.2} m/s)", significant(plan.reynolds), plan.reference_speed),
+            ),
+        ]
+    }
+
+    /// In two lines.
+    pub(crate) fn short(&self) -> String {
+        let plan = &self.plan;
+        format!(
+            "  {}, {} wet; {} steps of {} to {}\n  tau {:.3}, Mach {:.3}, hydrostatic error {:.1} %, Bingham {}, Reynolds {}",
+            self.cells(),
+            HumanCount(plan.wet_cells.round() as u64),
+            HumanCount(plan.steps as u64),
+            seconds(plan.scaling.time_step),
+            seconds(self.stop_time),
+            plan.relaxation_time,
+            plan.mach,
+            100.0 * plan.hydrostatic_error,
+            significant(plan.bingham),
+            significant(plan.reynolds),
+        )
+    }
+
+    fn cells(&self) -> String {
+        let [nx, ny, nz] = self.plan.cells;
+        let all = HumanCount((nx * ny * nz) as u64);
+        format!("{nx} x {ny} x {nz} = {all} cells of {} mm", significant(1e3 * self.plan.scaling.cell_size))
+    }
+
+    /// What is out of its good range, and what to do about it.
+    pub(crate) fn warnings(&self) -> Vec<String> {
+        let plan = &self.plan;
+        let tau = plan.relaxation_time;
+        let mut warnings = Vec::new();
+        let mut warn = |wrong: bool, text: String| {
+            if wrong {
+                warnings.push(text);
+            }
+        };
+        warn(
+            tau > RELAXATION_TIME[1],
+            format!(
+                "the relaxation time {tau:.3} is above 1.5: walls and surface are inaccurate; set a smaller `time_step` or `lattice_viscosity` under [lbm]"
+            ),
+        );
+        warn(
+            tau < RELAXATION_TIME[0],
+            format!(
+                "the relaxation time {tau:.4} is below 0.505: the flow may become unstable; use smaller cells, or a larger `lattice_speed` or `hydrostatic_error` under [lbm]"
+            ),
+        );
+        warn(
+            plan.mach > MACH,
+            format!(
+                "the Mach number {:.3} is above 0.3: the fluid is compressed by its motion; set a smaller `time_step` or `lattice_speed` under [lbm]",
+                plan.mach
+            ),
+        );
+        warn(
+            plan.hydrostatic_error > HYDROSTATIC_ERROR,
+            format!(
+                "the fluid's own weight changes its density by {:.1} %, more than 5 %; set a smaller `time_step` or `hydrostatic_error` under [lbm]",
+                100.0 * plan.hydrostatic_error
+            ),
+        );
+        warn(
+            self.cells_across < CELLS_ACROSS,
+            format!(
+                "the fluid is only {:.1} cells across at its thinnest, less than 5; use smaller cells",
+                self.cells_across
+            ),
+        );
+        if let Some(memory) = Memory::of_this_machine() {
+            warn(
+                plan.memory > memory.available,
+                format!(
+                    "the run needs about {}, but only {} of memory are free; use larger cells or f32, or close other programs",
+                    HumanBytes(plan.memory as u64),
+                    HumanBytes(memory.available as u64)
+                ),
+            );
+        }
+        warnings
+    }
+
+    /// Whether all of this machine's memory is too little.
+    pub(crate) fn too_large(&self) -> Option<String> {
+        let memory = Memory::of_this_machine()?;
+        (self.plan.memory > memory.total).then(|| {
+            format!(
+                "the run needs about {} of memory, this machine has {}; use larger cells",
+                HumanBytes(self.plan.memory as u64),
+                HumanBytes(memory.total as u64)
+            )
+        })
+    }
+}
+
+/// Smallest extent in m of all the fluid together within the domain; periodic axes do not count.
+fn thinnest(case: &Case) -> f64 {
+    let extent = |axis: usize| {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for region in &case.fluid {
+            let (min, max) = region.shape.bounds();
+            low = low.min(min[axis].max(case.domain.min[axis]));
+            high = high.max(max[axis].min(case.domain.max[axis]));
+        }
+        high - low
+    };
+    (0..3)
+        .filter(|axis| case.domain.sides[2 * axis] != Side::Periodic)
+        .map(extent)
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// Name of the method, as in the case file.
+pub(crate) fn method(case: &Case) -> &'static str {
+    match case.method {
+        Method::Lbm(_) => "lbm",
+    }
+}
+
+/// Memory in bytes.
+struct Memory {
+    total: f64,
+    available: f64,
+}
+
+impl Memory {
+    /// Known on Linux only.
+    fn of_this_machine() -> Option<Self> {
+        let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+        let bytes = |name: &str| {
+            let line = text.lines().find_map(|line| line.strip_prefix(name))?;
+            let kibibytes: f64 = line.trim_start_matches(':').split_whitespace().next()?.parse().ok()?;
+            Some(1024.0 * kibibytes)
+        };
+        Some(Self { total: bytes("MemTotal")?, available: bytes("MemAvailable")? })
+    }
+}
+
+/// A time for people: milliseconds below a second.
+pub(crate) fn seconds(time: f64) -> String {
+    if time < 1.0 { format!("{} ms", significant(1e3 * time)) } else { format!("{} s", significant(time)) }
+}
+
+/// A duration for people, as long as one waits for it: `0.8 s`, `42 s`, `3 min 20 s`, `2 h 05 min`.
+pub(crate) fn duration(seconds: f64) -> String {
+    let whole = seconds.round() as u64;
+    match whole {
+        _ if seconds < 9.95 => format!("{seconds:.1} s"),
+        0..60 => format!("{whole} s"),
+        60..3600 => format!("{} min {:02} s", whole / 60, whole % 60),
+        3600..172_800 => format!("{} h {:02} min", whole / 3600, whole / 60 % 60),
+        _ => format!("{} days", whole / 86_400),
+    }
+}
+
+/// Three significant digits, without trailing zeros.
+pub(crate) fn significant(number: f64) -> String {
+    if number == 0.0 || !number.is_finite() {
+        return if number == 0.0 { "0".into() } else { "-".into() };
+    }
+    let digits = 2 - number.abs().log10().floor() as i32;
+    if !(-4..=8).contains(&digits) {
+        return format!("{number:.2e}");
+    }
+    let text = format!("{number:.*}", digits.max(0) as usize);
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_written_for_people() {
+        let written = [0.0, 5.0, 0.0001537, 1.999, 123.4, 9876.5, 1e9, f64::NAN].map(significant);
+        assert_eq!(written, ["0", "5", "0.000154", "2", "123", "9876", "1.00e9", "-"]);
+        assert_eq!([0.0001537, 0.25, 600.0].map(seconds), ["0.154 ms", "250 ms", "600 s"]);
+        assert_eq!(
+            [0.84, 9.99, 59.4, 59.6, 200.0, 7500.0, 1e6].map(duration),
+            ["0.8 s", "10 s", "59 s", "1 min 00 s", "3 min 20 s", "2 h 05 min", "11 days"]
+        );
+    }
+}
