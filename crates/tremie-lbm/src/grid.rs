@@ -53,7 +53,11 @@ impl Kinds {
 
 /// Post-collision populations of a block, less their weights, by velocity and cell; and as the last array ([`FILL`]) mass
 /// over density of its interface cells.
-pub(crate) type Field<T> = [[T; CELLS]; Q + 1];
+pub(crate) type Field<T> = [[T; STRIDE]; Q + 1];
+
+/// Length of one array of a [`Field`]: a little more than its cells, so that the arrays do not all start at multiples of
+/// a power of two, which the first cache would keep in the same few places.
+pub(crate) const STRIDE: usize = CELLS + 16;
 
 /// Where a [`Field`] keeps the fill.
 pub(crate) const FILL: usize = Q;
@@ -159,8 +163,8 @@ impl<T: Real> Grid<T> {
             let lanes = if inside { 0xffu8 >> (EDGE - 1 - last[0]) } else { 0 };
             *kinds = Kinds { solid: !lanes, ..Kinds::default() };
         }
-        *self.front[slot] = [[T::ZERO; CELLS]; Q + 1];
-        *self.back[slot] = [[T::ZERO; CELLS]; Q + 1];
+        *self.front[slot] = [[T::ZERO; STRIDE]; Q + 1];
+        *self.back[slot] = [[T::ZERO; STRIDE]; Q + 1];
         *self.mass[slot] = [0.0; CELLS];
         self.links[slot].steps = [0, 1, 2].map(|a| self.topology.steps(place[a], a));
         self.links[slot].last = last[0] as u8;
@@ -243,7 +247,7 @@ impl<T: Real> Grid<T> {
     /// Fills the blocks with saved values, in the order of their slots; the name of what does not fit otherwise.
     pub(crate) fn load(&mut self, fields: &[T], mass: &[f64], kinds: &[u8]) -> Result<(), &'static str> {
         let slots: Vec<usize> = self.slots().collect();
-        let per_block = (Q + 1) * CELLS;
+        let per_block = (Q + 1) * STRIDE;
         let per_kinds = ROWS * size_of::<Kinds>();
         for (name, length, expected) in [
             ("fields", fields.len(), slots.len() * per_block),

@@ -71,7 +71,7 @@ impl<T: Real> Grid<T> {
             }
             if fills.iter().any(|fill| *fill > 0.0) {
                 let slot = self.allocate(place);
-                self.front[slot][FILL] = fills.map(T::from_f64);
+                self.front[slot][FILL][..CELLS].copy_from_slice(&fills.map(T::from_f64));
             }
         }
     }

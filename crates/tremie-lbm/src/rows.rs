@@ -18,9 +18,18 @@ pub(crate) type Beside = [Neighbour; 9];
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Rows {
     /// Rows that touch only liquid.
-    pub(crate) bulk: Vec<u8>,
+    pub(crate) bulk: Vec<BulkRow>,
     /// All others.
     pub(crate) surface: Vec<SurfaceRow>,
+}
+
+/// A row that touches only liquid.
+#[derive(Debug, Clone)]
+pub(crate) struct BulkRow {
+    /// Number of the row in its block.
+    pub(crate) row: u8,
+    /// The rows around.
+    pub(crate) beside: Beside,
 }
 
 /// A row with what lies around its cells. For each velocity c a byte tells what lies at -c.
@@ -63,8 +72,8 @@ pub(crate) const fn upstream(c: [i32; 3]) -> usize {
 /// The kinds of the cells at -c of the cells of a row.
 fn kinds_at(all: &[[Kinds; ROWS]], links: &Links, beside: &Beside, c: [i32; 3]) -> Kinds {
     let beside = beside[upstream(c)];
-    let row_of = |slot: u32| all[slot as usize][usize::from(beside.row)];
-    let row = row_of(beside.slot);
+    let row_of = |block: u8| all[links.slots[usize::from(block)] as usize][usize::from(beside.row)];
+    let row = row_of(beside.block);
     match c[0] {
         0 => row,
         1 => {
@@ -114,7 +123,7 @@ impl Rows {
                 found.any_liquid |= found.liquid[i];
             }
             if kinds.liquid & wet_around == 0xff {
-                self.bulk.push(row as u8);
+                self.bulk.push(BulkRow { row: row as u8, beside: found.beside });
             } else {
                 self.surface.push(found);
             }

@@ -19,11 +19,11 @@
 use rayon::prelude::*;
 
 use crate::collision::{Moments, collide, moments};
-use crate::grid::{FILL, Field, Grid, Kinds};
+use crate::grid::{FILL, Field, Grid, Kinds, STRIDE};
 use crate::lattice::{C, MIRROR, Q, W, each_pair, opposite};
 use crate::real::{Real, larger, smaller};
 use crate::relaxation::Relaxation;
-use crate::rows::{Beside, Rows, SurfaceRow, upstream};
+use crate::rows::{Beside, BulkRow, Rows, SurfaceRow, upstream};
 use crate::topology::{CELLS, EDGE, Links, ROWS, Topology};
 
 /// Lanes of a row.
@@ -71,15 +71,23 @@ impl Default for Findings {
     }
 }
 
-/// What a step reads.
+/// What a step of one block reads.
 #[derive(Clone, Copy)]
 struct Source<'a, T: Real> {
     topology: &'a Topology,
-    links: &'a [Links],
-    front: &'a [Box<Field<T>>],
+    links: &'a Links,
+    /// The block's own values.
+    own: &'a Field<T>,
+    /// The values of the 27 blocks around and with it, in one array each; the last five are never asked for.
+    near: [&'a [T; VALUES]; 32],
+    /// Whether rows look into mirrors anywhere.
+    mirrors: bool,
     /// Whether any wall moves.
     moving_walls: bool,
 }
+
+/// Values in a field.
+const VALUES: usize = (Q + 1) * STRIDE;
 
 /// A few rows on their way through a step.
 struct Batch<T> {
@@ -115,68 +123,86 @@ fn choose<T>(bits: u8, lane: usize, a: T, b: T) -> T {
     if bits & (1 << lane) != 0 { a } else { b }
 }
 
-impl<T: Real> Source<'_, T> {
+impl<'a, T: Real> Source<'a, T> {
+    fn new(topology: &'a Topology, links: &'a Links, front: &'a [Box<Field<T>>], slot: usize) -> Self {
+        let near = std::array::from_fn(|n| {
+            let slot = links.slots[n.min(26)] as usize;
+            bytemuck::cast_ref::<Field<T>, [T; VALUES]>(&front[slot])
+        });
+        let mirrors = links.steps.iter().flatten().any(|step| step.flip != 0);
+        Self { topology, links, own: &front[slot], near, mirrors, moving_walls: topology.moving_walls() }
+    }
+
+    #[inline(always)]
+    fn block(&self, n: u8) -> &'a [T; VALUES] {
+        self.near[usize::from(n) & 31]
+    }
+
     /// The eight values of array `array` for a row, each taken from the cell at -c; populations come mirrored.
     #[inline(always)]
-    fn pull(&self, links: &Links, beside: &Beside, c: [i32; 3], array: usize, to: &mut [T]) {
+    fn pull(&self, beside: &Beside, c: [i32; 3], array: usize, mirrors: bool, to: &mut [T]) {
         let beside = beside[upstream(c)];
         let first = (usize::from(beside.row) & (ROWS - 1)) * LANES;
-        let values = &self.front[beside.slot as usize][mirrored(array, beside.flip)];
+        let seen = |flip: u8| if mirrors { mirrored(array, flip) * STRIDE } else { array * STRIDE };
+        let row = seen(beside.flip) + first;
+        let values = self.block(beside.block);
+        // A shifted row takes one lane from beyond its array; it is then put right.
         match c[0] {
-            0 => to[..LANES].copy_from_slice(&values[first..first + LANES]),
+            0 => to[..LANES].copy_from_slice(&values[row..row + LANES]),
             1 => {
-                to[1..LANES].copy_from_slice(&values[first..first + LANES - 1]);
-                let step = links.before();
-                let values = &self.front[beside.low as usize][mirrored(array, beside.flip | step.flip)];
-                to[0] = values[first + (usize::from(step.index) & (LANES - 1))];
+                let step = self.links.before();
+                to[..LANES].copy_from_slice(&values[row - 1..row + LANES - 1]);
+                let lane = seen(beside.flip | step.flip) + first + (usize::from(step.index) & (LANES - 1));
+                to[0] = self.block(beside.low)[lane];
             }
             _ => {
-                to[..LANES - 1].copy_from_slice(&values[first + 1..first + LANES]);
-                to[LANES - 1] = T::ZERO;
-                let step = links.after();
-                let values = &self.front[beside.high as usize][mirrored(array, beside.flip | step.flip)];
-                to[usize::from(links.last) & (LANES - 1)] =
-                    values[first + (usize::from(step.index) & (LANES - 1))];
+                let step = self.links.after();
+                to[..LANES].copy_from_slice(&values[row + 1..row + LANES + 1]);
+                let lane = seen(beside.flip | step.flip) + first + (usize::from(step.index) & (LANES - 1));
+                to[usize::from(self.links.last) & (LANES - 1)] = self.block(beside.high)[lane];
             }
         }
     }
 
     /// Populations arriving in a row from the cells around it, whatever these are.
     #[inline(always)]
-    fn pull_all(&self, links: &Links, beside: &Beside, f: &mut [[T; BATCH]; Q], at: usize) {
-        self.pull(links, beside, C[0], 0, &mut f[0][at..at + LANES]);
+    fn pull_all(&self, beside: &Beside, mirrors: bool, f: &mut [[T; BATCH]; Q], at: usize) {
+        self.pull(beside, C[0], 0, mirrors, &mut f[0][at..at + LANES]);
         each_pair!(P, {
             let (a, b) = (2 * P + 1, 2 * P + 2);
-            self.pull(links, beside, const { C[2 * P + 1] }, a, &mut f[a][at..at + LANES]);
-            self.pull(links, beside, const { C[2 * P + 2] }, b, &mut f[b][at..at + LANES]);
+            self.pull(beside, const { C[2 * P + 1] }, a, mirrors, &mut f[a][at..at + LANES]);
+            self.pull(beside, const { C[2 * P + 2] }, b, mirrors, &mut f[b][at..at + LANES]);
         });
+    }
+
+    /// [`Source::pull_all`] with the choice about mirrors made once for the row.
+    #[inline(always)]
+    fn arrive(&self, beside: &Beside, f: &mut [[T; BATCH]; Q], at: usize) {
+        if self.mirrors {
+            self.pull_all(beside, true, f, at);
+        } else {
+            self.pull_all(beside, false, f, at);
+        }
     }
 
     /// The fill around the interface cells of a row.
     #[inline(always)]
-    fn pull_fill(&self, links: &Links, around: &SurfaceRow, fill: &mut [[T; BATCH]; Q], at: usize) {
+    fn pull_fill(&self, around: &SurfaceRow, fill: &mut [[T; BATCH]; Q], at: usize) {
         each_pair!(P, {
             let (a, b) = (2 * P + 1, 2 * P + 2);
             if around.interface[a] != 0 {
-                self.pull(links, &around.beside, const { C[2 * P + 1] }, FILL, &mut fill[a][at..at + LANES]);
+                self.pull(&around.beside, const { C[2 * P + 1] }, FILL, true, &mut fill[a][at..at + LANES]);
             }
             if around.interface[b] != 0 {
-                self.pull(links, &around.beside, const { C[2 * P + 2] }, FILL, &mut fill[b][at..at + LANES]);
+                self.pull(&around.beside, const { C[2 * P + 2] }, FILL, true, &mut fill[b][at..at + LANES]);
             }
         });
     }
 
     /// Mass that the interface cells of a row gain from their neighbours, before `f` is mended at air and walls.
     #[inline(always)]
-    fn exchange(
-        &self,
-        own: &Field<T>,
-        around: &SurfaceRow,
-        batch: &Batch<T>,
-        at: usize,
-        mass: &mut [f64; CELLS],
-    ) {
-        let first = (usize::from(around.row) & (ROWS - 1)) * LANES;
+    fn exchange(&self, around: &SurfaceRow, batch: &Batch<T>, at: usize, mass: &mut [f64; CELLS]) {
+        let (own, first) = (self.own, (usize::from(around.row) & (ROWS - 1)) * LANES);
         let mut gain = [0.0f64; LANES];
         let half = T::from_f64(0.5);
         for i in 1..Q {
@@ -197,15 +223,8 @@ impl<T: Real> Source<'_, T> {
 
     /// Makes up what should come from the air.
     #[inline(always)]
-    fn meet_air(
-        &self,
-        own: &Field<T>,
-        around: &SurfaceRow,
-        gravity: [T; 3],
-        f: &mut [[T; BATCH]; Q],
-        at: usize,
-    ) {
-        let first = (usize::from(around.row) & (ROWS - 1)) * LANES;
+    fn meet_air(&self, around: &SurfaceRow, gravity: [T; 3], f: &mut [[T; BATCH]; Q], at: usize) {
+        let (own, first) = (self.own, (usize::from(around.row) & (ROWS - 1)) * LANES);
         // Velocity before the populations moved; the gas has density 1 and moves with the fluid.
         let mut u = [[T::ZERO; LANES]; 3];
         let mut square = [T::ZERO; LANES];
@@ -256,15 +275,8 @@ impl<T: Real> Source<'_, T> {
 
     /// Sends back what would go into walls.
     #[inline(always)]
-    fn meet_walls(
-        &self,
-        links: &Links,
-        own: &Field<T>,
-        around: &SurfaceRow,
-        f: &mut [[T; BATCH]; Q],
-        at: usize,
-    ) {
-        let first = (usize::from(around.row) & (ROWS - 1)) * LANES;
+    fn meet_walls(&self, around: &SurfaceRow, f: &mut [[T; BATCH]; Q], at: usize) {
+        let (own, first) = (self.own, (usize::from(around.row) & (ROWS - 1)) * LANES);
         for i in 1..Q {
             let solid = around.solid[i];
             if solid == 0 {
@@ -274,16 +286,16 @@ impl<T: Real> Source<'_, T> {
                 f[i][at + k] = choose(solid, k, own[opposite(i)][first + k], f[i][at + k]);
             }
             if self.moving_walls {
-                self.drag(links, first, i, solid, &mut f[i][at..at + LANES]);
+                self.drag(first, i, solid, &mut f[i][at..at + LANES]);
             }
         }
     }
 
     /// Momentum from moving walls: `6 w rho c.u` with rho = 1 (Ladd 1994).
     #[inline(never)]
-    fn drag(&self, links: &Links, first: usize, i: usize, solid: u8, f: &mut [T]) {
+    fn drag(&self, first: usize, i: usize, solid: u8, f: &mut [T]) {
         for k in (0..LANES).filter(|k| solid >> k & 1 == 1) {
-            let u = self.topology.wall_velocity(links.coordinates(first + k), C[i].map(|c| -c));
+            let u = self.topology.wall_velocity(self.links.coordinates(first + k), C[i].map(|c| -c));
             let along: f64 = (0..3).map(|a| f64::from(C[i][a]) * u[a]).sum();
             f[k] += T::from_f64(6.0 * W[i] * along);
         }
@@ -291,10 +303,9 @@ impl<T: Real> Source<'_, T> {
 
     /// Fills a batch with bulk rows, ready to collide.
     #[inline(always)]
-    fn load_bulk(&self, slot: usize, rows: &[u8], batch: &mut Batch<T>) {
-        let links = &self.links[slot];
-        for (n, &row) in rows.iter().enumerate() {
-            self.pull_all(links, &links.beside(usize::from(row)), &mut batch.f, n * LANES);
+    fn load_bulk(&self, rows: &[BulkRow], batch: &mut Batch<T>) {
+        for (n, row) in rows.iter().enumerate() {
+            self.arrive(&row.beside, &mut batch.f, n * LANES);
         }
         batch.mass = [T::INFINITY; BATCH];
     }
@@ -303,28 +314,25 @@ impl<T: Real> Source<'_, T> {
     #[inline(always)]
     fn load_surface(
         &self,
-        slot: usize,
         rows: &[SurfaceRow],
         gravity: [T; 3],
         batch: &mut Batch<T>,
         mass: &mut [f64; CELLS],
     ) {
-        let links = &self.links[slot];
-        let own = &self.front[slot];
         for (n, row) in rows.iter().enumerate() {
-            self.pull_all(links, &row.beside, &mut batch.f, n * LANES);
-            self.pull_fill(links, row, &mut batch.fill, n * LANES);
+            self.arrive(&row.beside, &mut batch.f, n * LANES);
+            self.pull_fill(row, &mut batch.fill, n * LANES);
         }
         for (n, row) in rows.iter().enumerate() {
             let at = n * LANES;
             if row.kinds.interface != 0 {
-                self.exchange(own, row, batch, at, mass);
+                self.exchange(row, batch, at, mass);
                 if row.any_air != 0 {
-                    self.meet_air(own, row, gravity, &mut batch.f, at);
+                    self.meet_air(row, gravity, &mut batch.f, at);
                 }
             }
             if row.any_solid != 0 {
-                self.meet_walls(links, own, row, &mut batch.f, at);
+                self.meet_walls(row, &mut batch.f, at);
             }
             let wet = row.kinds.wet();
             if wet != 0xff {
@@ -403,8 +411,7 @@ fn judge<T: Real>(
 /// One step of one block.
 #[inline(always)]
 fn step_block<T: Real, R: Relaxation<T>>(
-    source: Source<'_, T>,
-    slot: usize,
+    source: &Source<'_, T>,
     rows: &Rows,
     physics: &Physics<T, R>,
     back: &mut Field<T>,
@@ -413,14 +420,14 @@ fn step_block<T: Real, R: Relaxation<T>>(
 ) {
     let mut batch = Batch::new();
     for rows in rows.bulk.chunks(BATCH_ROWS) {
-        source.load_bulk(slot, rows, &mut batch);
+        source.load_bulk(rows, &mut batch);
         collide_batch(physics, &mut batch);
-        for (n, &row) in rows.iter().enumerate() {
-            store(&batch, n * LANES, row, back, findings);
+        for (n, row) in rows.iter().enumerate() {
+            store(&batch, n * LANES, row.row, back, findings);
         }
     }
     for rows in rows.surface.chunks(BATCH_ROWS) {
-        source.load_surface(slot, rows, physics.gravity, &mut batch, mass);
+        source.load_surface(rows, physics.gravity, &mut batch, mass);
         collide_batch(physics, &mut batch);
         for (n, row) in rows.iter().enumerate() {
             store(&batch, n * LANES, row.row, back, findings);
@@ -435,22 +442,20 @@ fn step_block<T: Real, R: Relaxation<T>>(
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 fn step_block_avx2<T: Real, R: Relaxation<T>>(
-    source: Source<'_, T>,
-    slot: usize,
+    source: &Source<'_, T>,
     rows: &Rows,
     physics: &Physics<T, R>,
     back: &mut Field<T>,
     mass: &mut [f64; CELLS],
     findings: &mut Findings,
 ) {
-    step_block(source, slot, rows, physics, back, mass, findings);
+    step_block(source, rows, physics, back, mass, findings);
 }
 
 /// [`step_block`] for the processor at hand. Both forms give the same bits: the same operations, only wider.
 #[allow(unsafe_code)]
 fn step_block_here<T: Real, R: Relaxation<T>>(
-    source: Source<'_, T>,
-    slot: usize,
+    source: &Source<'_, T>,
     rows: &Rows,
     physics: &Physics<T, R>,
     back: &mut Field<T>,
@@ -460,9 +465,9 @@ fn step_block_here<T: Real, R: Relaxation<T>>(
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: the processor was just asked whether it has AVX2.
-        return unsafe { step_block_avx2(source, slot, rows, physics, back, mass, findings) };
+        return unsafe { step_block_avx2(source, rows, physics, back, mass, findings) };
     }
-    step_block(source, slot, rows, physics, back, mass, findings);
+    step_block(source, rows, physics, back, mass, findings);
 }
 
 impl<T: Real> Grid<T> {
@@ -475,7 +480,6 @@ impl<T: Real> Grid<T> {
     ) {
         findings.resize(self.len(), Findings::default());
         let Self { topology, links, front, back, mass, .. } = self;
-        let source = Source { topology, links, front, moving_walls: topology.moving_walls() };
         (back.par_iter_mut(), mass.par_iter_mut(), findings.par_iter_mut(), rows.par_iter())
             .into_par_iter()
             .enumerate()
@@ -485,7 +489,8 @@ impl<T: Real> Grid<T> {
                     *findings = Findings::default();
                 }
                 if !rows.is_empty() {
-                    step_block_here(source, slot, rows, physics, back, mass, findings);
+                    let source = Source::new(topology, &links[slot], front, slot);
+                    step_block_here(&source, rows, physics, back, mass, findings);
                 }
             });
         std::mem::swap(&mut self.front, &mut self.back);
@@ -500,7 +505,7 @@ impl<T: Real> Grid<T> {
         mut see: impl FnMut(usize, &Moments<T>),
     ) {
         let Self { topology, links, front, .. } = self;
-        let source = Source { topology, links, front, moving_walls: topology.moving_walls() };
+        let source = Source::new(topology, &links[slot], front, slot);
         let mut mass = self.mass[slot].clone();
         let mut batch = Batch::new();
         let mut show = |batch: &Batch<T>, n: usize, row: u8, kinds: Kinds| {
@@ -510,13 +515,13 @@ impl<T: Real> Grid<T> {
             }
         };
         for rows in rows.bulk.chunks(BATCH_ROWS) {
-            source.load_bulk(slot, rows, &mut batch);
-            for (n, &row) in rows.iter().enumerate() {
-                show(&batch, n, row, self.kinds[slot][usize::from(row)]);
+            source.load_bulk(rows, &mut batch);
+            for (n, row) in rows.iter().enumerate() {
+                show(&batch, n, row.row, self.kinds[slot][usize::from(row.row)]);
             }
         }
         for rows in rows.surface.chunks(BATCH_ROWS) {
-            source.load_surface(slot, rows, gravity, &mut batch, &mut mass);
+            source.load_surface(rows, gravity, &mut batch, &mut mass);
             for (n, row) in rows.iter().enumerate() {
                 show(&batch, n, row.row, row.kinds);
             }

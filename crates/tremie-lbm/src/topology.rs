@@ -55,15 +55,15 @@ pub(crate) struct Links {
     pub(crate) place: [u32; 3],
 }
 
-/// A row beside a row, at an offset in y and z.
+/// A row beside a row, at an offset in y and z. Blocks are numbered as in [`Links::slots`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Neighbour {
-    /// Slot of the block that holds the row.
-    pub(crate) slot: u32,
-    /// Slot of the block that holds the cell before the row's first.
-    pub(crate) low: u32,
-    /// Slot of the block that holds the cell after the row's last.
-    pub(crate) high: u32,
+    /// Block that holds the row.
+    pub(crate) block: u8,
+    /// Block that holds the cell before the row's first.
+    pub(crate) low: u8,
+    /// Block that holds the cell after the row's last.
+    pub(crate) high: u8,
     /// Number of the row in its block.
     pub(crate) row: u8,
     /// Mirrors crossed in y and z, as bits.
@@ -76,11 +76,11 @@ impl Links {
     pub(crate) fn row(&self, row: usize, dy: i32, dz: i32) -> Neighbour {
         let y = self.steps[1][((row % EDGE) as i32 + dy + 1) as usize];
         let z = self.steps[2][((row / EDGE) as i32 + dz + 1) as usize];
-        let base = 3 * (usize::from(y.block) + 3 * usize::from(z.block));
+        let base = 3 * (y.block + 3 * z.block);
         Neighbour {
-            slot: self.slots[base + 1],
-            low: self.slots[base + usize::from(self.before().block)],
-            high: self.slots[base + usize::from(self.after().block)],
+            block: base + 1,
+            low: base + self.before().block,
+            high: base + self.after().block,
             row: y.index + EDGE as u8 * z.index,
             flip: y.flip | z.flip,
         }

@@ -1,15 +1,155 @@
-//! `tremie validate`: benchmarks against references.
+//! `tremie validate`: benchmarks against closed forms, published numbers and invariances.
+//!
+//! Each benchmark is a folder of `validation/`, built into the program, and a function in `scales`, `channel`, `surface`,
+//! `slump` or `invariance`; `benchmark` is what they share, `flow` how they drive a simulation, `report` what is shown.
+//! A new one is a folder, a function, and a line in [`BENCHMARKS`].
+//!
+//! The references know nothing of the solver, and tolerances are fixed in the folders before the run.
 
+mod benchmark;
+mod channel;
+mod flow;
+mod invariance;
+mod report;
+mod scales;
+mod slump;
+mod surface;
+
+use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::Instant;
+
+use clap::builder::PossibleValuesParser;
+
+use benchmark::{Benchmark, Context};
+use report::{Report, Verdict};
 
 /// Arguments of `tremie validate`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    /// Benchmarks to run; all of them if none is given
+    #[arg(value_name = "ID", value_parser = PossibleValuesParser::new(BENCHMARKS.iter().map(|b| b.id)))]
+    ids: Vec<String>,
+    /// Leave out the benchmarks that take long
+    #[arg(long)]
+    quick: bool,
+    /// Print a JSON list instead of a table
+    #[arg(long)]
+    json: bool,
+    /// Also write the table and the list into this folder
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
 
-/// Runs the benchmarks and says which pass.
+/// The files of a folder of `validation/`; all have `benchmark.toml`.
+macro_rules! folder {
+    ($id:literal $(, $file:literal)*) => {
+        &[
+            ("benchmark.toml", include_str!(concat!("../../../../validation/", $id, "/benchmark.toml"))),
+            $(($file, include_str!(concat!("../../../../validation/", $id, "/", $file))),)*
+        ]
+    };
+}
+
+macro_rules! benchmark {
+    ($run:path, $id:literal $(, $file:literal)*) => {
+        Benchmark { id: $id, files: folder!($id $(, $file)*), run: $run }
+    };
+}
+
+/// All benchmarks, in the order in which they run.
+const BENCHMARKS: &[Benchmark] = &[
+    benchmark!(scales::scaling, "scaling", "case.toml"),
+    benchmark!(scales::flow_curves, "flow-curves"),
+    benchmark!(channel::channel_newtonian, "channel-newtonian", "case.toml"),
+    benchmark!(channel::channel_bingham, "channel-bingham", "case.toml", "reference.csv"),
+    benchmark!(channel::couette_bingham, "couette-bingham", "case.toml"),
+    benchmark!(channel::film_newtonian, "film-newtonian", "case.toml"),
+    benchmark!(surface::tank_hydrostatic, "tank-hydrostatic", "case.toml"),
+    benchmark!(surface::closed_box, "closed-box", "case.toml"),
+    benchmark!(surface::advection, "advection-disc", "case.toml"),
+    benchmark!(surface::advection, "advection-drop", "case.toml"),
+    benchmark!(invariance::invariance, "invariance", "slump.toml", "lumps.toml"),
+    benchmark!(slump::cone_rigid, "cone-rigid", "case.toml"),
+    benchmark!(slump::slump_spread, "slump-spread", "case.toml", "reference.csv"),
+];
+
+/// Runs the benchmarks, shows each as it ends, and says whether all pass.
+///
+/// A benchmark that breaks down has failed; the others still run.
 ///
 /// # Errors
-/// If a benchmark cannot be run.
-pub fn run(_arguments: Arguments) -> anyhow::Result<ExitCode> {
-    anyhow::bail!("no benchmark yet")
+/// If a benchmark's own files are wrong, or the results cannot be shown or written.
+pub fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
+    let Arguments { ids, quick, json, out } = arguments;
+    let mut report = Report::new(json);
+    for benchmark in BENCHMARKS {
+        let context = Context::new(benchmark)?;
+        let asked = ids.is_empty() || ids.iter().any(|id| id == benchmark.id);
+        if !asked || (quick && !context.definition().quick) {
+            continue;
+        }
+        report.begins(benchmark.id, context.definition())?;
+        let start = Instant::now();
+        let checks = (benchmark.run)(&context);
+        report.ends(Verdict::new(benchmark.id, checks, start.elapsed().as_secs_f64()))?;
+    }
+    report.close(out.as_deref())?;
+    Ok(if report.all_pass() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+    use std::path::Path;
+
+    fn names_in(folder: &Path) -> BTreeSet<String> {
+        let entries = std::fs::read_dir(folder).unwrap();
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+    }
+
+    #[test]
+    fn every_folder_is_a_benchmark_and_every_file_is_built_in() {
+        let validation = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../validation");
+        let mut folders = names_in(&validation);
+        folders.remove("README.md");
+        assert_eq!(folders, BENCHMARKS.iter().map(|b| b.id.to_owned()).collect());
+        for benchmark in BENCHMARKS {
+            let built_in = benchmark.files.iter().map(|(name, _)| (*name).to_owned()).collect();
+            assert_eq!(names_in(&validation.join(benchmark.id)), built_in, "{}", benchmark.id);
+        }
+    }
+
+    #[test]
+    fn definitions_are_complete_and_cases_are_right() {
+        for benchmark in BENCHMARKS {
+            let context = Context::new(benchmark).unwrap();
+            let definition = context.definition();
+            for text in [&definition.title, &definition.what, &definition.why, &definition.reference] {
+                assert!(!text.trim().is_empty(), "{}", benchmark.id);
+            }
+            let limits = definition.tolerances.values().chain(definition.at_least.values());
+            assert!(limits.clone().count() > 0 && limits.clone().all(|t| *t >= 0.0), "{}", benchmark.id);
+            for (name, _) in benchmark.files {
+                match name.rsplit_once('.') {
+                    Some((_, "csv")) => assert!(!context.reference().unwrap().is_empty()),
+                    _ if *name != "benchmark.toml" => drop(context.case(name).unwrap()),
+                    _ => {}
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_needs_no_flow_passes() {
+        for id in ["scaling", "flow-curves"] {
+            let benchmark = BENCHMARKS.iter().find(|b| b.id == id).unwrap();
+            let checks = (benchmark.run)(&Context::new(benchmark).unwrap()).unwrap();
+            assert!(!checks.is_empty());
+            for check in checks {
+                assert!(check.passes(), "{id}: {check:?}");
+            }
+        }
+    }
 }

@@ -1,0 +1,249 @@
+//! Steady shear flows between parallel planes, against their closed forms.
+//!
+//! All are periodic along x and y, one cell thick along y, and have their planes across z. They start from rest or from
+//! a uniform velocity and run until they are steady.
+
+use rayon::prelude::*;
+use tremie_case::{Case, Side};
+use tremie_numerics::DVec3;
+use tremie_rheology::FlowCurve;
+use tremie_simulation::Cells;
+
+use super::benchmark::{Check, Context, observed_order, shown};
+use super::flow::{Flow, lattice};
+
+/// Share of the largest velocity by which a flow may still change in one diffusion time when it counts as steady.
+const STEADY: f64 = 1e-9;
+
+/// Cells across.
+const CELLS: [usize; 3] = [16, 32, 64];
+
+/// Height in m between the planes.
+fn gap(case: &Case) -> f64 {
+    case.domain.max.z - case.domain.min.z
+}
+
+/// Time in s in which momentum diffuses across `height` m: the slowest mode decays by e in pi^2 times less.
+fn diffusion_time(case: &Case, height: f64) -> f64 {
+    height * height * case.material.density / case.material.curve.plastic_viscosity()
+}
+
+/// Height z in m, fill, velocity along x in m/s, shear rate in 1/s and stress in Pa of the cells of one column.
+struct Level {
+    z: f64,
+    fill: f64,
+    u: f64,
+    rate: f64,
+    stress: f64,
+}
+
+fn column(cells: &Cells) -> Vec<Level> {
+    (0..cells.count[2])
+        .map(|k| {
+            let n = cells.index(0, 0, k);
+            Level {
+                z: cells.centre(0, 0, k).z,
+                fill: cells.fill[n],
+                u: cells.velocity[n].x,
+                rate: cells.shear_rate[n],
+                stress: cells.stress[n],
+            }
+        })
+        .collect()
+}
+
+/// Norm of the difference between the velocities of a column and `exact(z)`, over the norm of the latter.
+fn l2_error(column: &[Level], exact: impl Fn(f64) -> f64) -> f64 {
+    let square = |f: &dyn Fn(&Level) -> f64| column.iter().map(|level| f(level).powi(2)).sum::<f64>();
+    (square(&|level| level.u - exact(level.z)) / square(&|level| exact(level.z))).sqrt()
+}
+
+fn largest_error(column: &[Level], exact: impl Fn(f64) -> f64) -> f64 {
+    let largest = |f: &dyn Fn(&Level) -> f64| column.iter().map(|level| f(level).abs()).fold(0.0, f64::max);
+    largest(&|level| level.u - exact(level.z)) / largest(&|level| exact(level.z))
+}
+
+/// The flow of a channel that a body force drives along x (Bird, Dai and Yarusso 1983, Eq. 5.1-5.3, for the Bingham
+/// fluid).
+struct Poiseuille {
+    /// Half the gap in m.
+    half_gap: f64,
+    /// Shear stress at the walls in Pa.
+    wall_stress: f64,
+    yield_stress: f64,
+    viscosity: f64,
+}
+
+impl Poiseuille {
+    fn of(case: &Case) -> Self {
+        let half_gap = 0.5 * gap(case);
+        Self {
+            half_gap,
+            wall_stress: case.material.density * case.domain.gravity.x * half_gap,
+            yield_stress: case.material.curve.yield_stress(),
+            viscosity: case.material.curve.plastic_viscosity(),
+        }
+    }
+
+    /// Share of the gap that the plug takes.
+    fn plug(&self) -> f64 {
+        self.yield_stress / self.wall_stress
+    }
+
+    /// Velocity in m/s at the share `eta` of the half gap from the middle.
+    fn velocity(&self, eta: f64) -> f64 {
+        let (eta, phi) = (eta.abs().max(self.plug()), self.plug());
+        let parabola = 0.5 * (1.0 - eta * eta) - phi * (1.0 - eta);
+        self.wall_stress * self.half_gap / self.viscosity * parabola
+    }
+
+    /// Velocity in m/s at the height `z` m above the middle of a channel whose lower wall is at zero.
+    fn at(&self, z: f64) -> f64 {
+        self.velocity(z / self.half_gap - 1.0)
+    }
+}
+
+/// Runs a channel at all resolutions; gives the columns of cells.
+fn channels(context: &Context, curve: Option<FlowCurve>) -> anyhow::Result<Vec<(Case, Vec<Level>)>> {
+    CELLS
+        .par_iter()
+        .map(|cells| {
+            let mut case = context.case("case.toml")?;
+            let case_gap = gap(&case);
+            lattice(&mut case).cell_size = case_gap / *cells as f64;
+            if let Some(curve) = curve {
+                case.material.curve = curve;
+            }
+            let steady = Flow::new(case.clone()).until_steady(diffusion_time(&case, 0.5 * case_gap), STEADY)?;
+            Ok((case, column(&steady)))
+        })
+        .collect()
+}
+
+/// Plane channel of a Newtonian fluid: the half-way wall is exact.
+pub(super) fn channel_newtonian(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let runs = channels(context, None)?;
+    runs.iter()
+        .zip(CELLS)
+        .map(|((case, column), cells)| {
+            let exact = Poiseuille::of(case);
+            let error = largest_error(column, |z| exact.at(z));
+            context.zero("velocity", format!("velocity, {cells} cells"), "", error)
+        })
+        .collect()
+}
+
+/// Plane channel of a Bingham fluid whose plug takes a fifth and half of the gap.
+pub(super) fn channel_bingham(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let case = context.case("case.toml")?;
+    let wall_stress = Poiseuille::of(&case).wall_stress;
+    let plastic_viscosity = case.material.curve.plastic_viscosity();
+    let mut checks = Vec::new();
+    for phi in [0.2, 0.5] {
+        let curve = FlowCurve::Bingham { yield_stress: phi * wall_stress, plastic_viscosity };
+        let runs = channels(context, Some(curve))?;
+        let mut errors = Vec::new();
+        for ((case, column), cells) in runs.iter().zip(CELLS) {
+            let exact = Poiseuille::of(case);
+            let error = l2_error(column, |z| exact.at(z));
+            let name = format!("velocity, plug {phi}, {cells} cells (L2)");
+            checks.push(if cells == 32 { context.zero("profile", name, "", error)? } else { shown(name, error) });
+            errors.push(error);
+            let plug = column.iter().filter(|level| level.rate == 0.0).count() as f64;
+            let name = format!("plug width, plug {phi}, {cells} cells");
+            checks.push(context.absolute("plug width", name, "cells", phi * cells as f64, plug)?);
+        }
+        let order = observed_order(&CELLS, &errors);
+        checks.push(context.at_least("order", format!("order, plug {phi}"), order)?);
+    }
+    Ok(checks)
+}
+
+/// Plane shear of a Bingham fluid between a wall at rest and a moving one.
+pub(super) fn couette_bingham(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let mut checks = Vec::new();
+    for ((case, column), cells) in channels(context, None)?.iter().zip(CELLS) {
+        let Side::Wall { velocity } = case.domain.sides[5] else {
+            anyhow::bail!("the upper side must be a wall");
+        };
+        let rate = velocity.x / gap(case);
+        let stress = case.material.curve.yield_stress() + case.material.curve.plastic_viscosity() * rate;
+        let profile = largest_error(column, |z| rate * z);
+        let furthest = |values: &dyn Fn(&Level) -> f64, from: f64| {
+            column.iter().map(values).fold(from, |a, b| if (b - from).abs() > (a - from).abs() { b } else { a })
+        };
+        checks.push(context.zero("share", format!("velocity, {cells} cells"), "", profile)?);
+        checks.push(context.relative(
+            "share",
+            format!("stress furthest off, {cells} cells"),
+            "Pa",
+            stress,
+            furthest(&|level| level.stress, stress),
+        )?);
+        checks.push(context.relative(
+            "share",
+            format!("shear rate furthest off, {cells} cells"),
+            "1/s",
+            rate,
+            furthest(&|level| level.rate, rate),
+        )?);
+        // Continued by half a cell, the profile reaches the wall.
+        if let [.., below, last] = column.as_slice() {
+            let wall = last.u + 0.5 * (last.u - below.u);
+            let name = format!("velocity at the moving wall, {cells} cells");
+            checks.push(context.relative("share", name, "m/s", velocity.x, wall)?);
+        }
+    }
+    Ok(checks)
+}
+
+/// Films down an incline, of thicknesses that are no whole number of cells.
+pub(super) fn film_newtonian(context: &Context) -> anyhow::Result<Vec<Check>> {
+    const THICKNESS: [f64; 6] = [16.3, 16.5, 16.8, 32.3, 32.5, 32.8];
+    let runs: anyhow::Result<Vec<Vec<Check>>> = THICKNESS.par_iter().map(|cells| film(context, *cells)).collect();
+    Ok(runs?.concat())
+}
+
+/// A film of the case's thickness over `cells` cells.
+fn film(context: &Context, cells: f64) -> anyhow::Result<Vec<Check>> {
+    let mut case = context.case("case.toml")?;
+    let thickness = case.fluid[0].shape.bounds().1.z;
+    let size = thickness / cells;
+    lattice(&mut case).cell_size = size;
+    case.domain.max = case.domain.min + size * DVec3::new(8.0, 1.0, cells.ceil() + 3.0);
+    let driving = case.material.density * case.domain.gravity.x;
+    let viscosity = case.material.curve.plastic_viscosity();
+    // Momentum balance of the film: mu du/dz = rho g_x (h - z).
+    let surface = 0.5 * driving * thickness * thickness / viscosity;
+    let steady = Flow::new(case.clone()).until_steady(diffusion_time(&case, thickness), 1e-7)?;
+    let column: Vec<Level> = column(&steady).into_iter().filter(|level| level.fill > 0.0).collect();
+    let volume: f64 = column.iter().map(|level| level.fill).sum();
+    let mean = column.iter().map(|level| level.fill * level.u).sum::<f64>() / volume;
+    let top = column.last().map_or(f64::NAN, |level| level.u);
+    Ok(vec![
+        context.relative("share", format!("surface speed, {cells} cells"), "m/s", surface, top)?,
+        context.relative("share", format!("mean speed, {cells} cells"), "m/s", surface * 2.0 / 3.0, mean)?,
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_closed_form_is_that_of_the_tables() {
+        let benchmark = super::super::BENCHMARKS.iter().find(|b| b.id == "channel-bingham");
+        let context = Context::new(benchmark.unwrap()).unwrap();
+        let rows = context.reference().unwrap();
+        assert!(rows.len() > 40);
+        for row in rows {
+            // In units of the half gap, the viscosity and the mean velocity.
+            let (phi, eta) = (row["phi"], row["y_over_H"]);
+            let wall_stress = 3.0 / (1.0 - 1.5 * phi + 0.5 * phi.powi(3));
+            let exact =
+                Poiseuille { half_gap: 1.0, wall_stress, yield_stress: phi * wall_stress, viscosity: 1.0 };
+            assert!((exact.velocity(eta) - row["u_over_U"]).abs() < 1e-5, "{row:?}");
+            assert!((exact.yield_stress - row["Bn"]).abs() < 1e-4, "{row:?}");
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! Free surfaces: fluid at rest, carried along, and kept in a box.
+
+use rayon::prelude::*;
+use tremie_case::{Case, Precision};
+use tremie_lbm::{LatticeBoltzmann, Real};
+use tremie_simulation::{Fluid, Simulation};
+
+use super::benchmark::{Check, Context, shown};
+use super::flow::{Flow, cell_at, centres, lattice};
+
+/// Steps after which liquid at rest must lie still.
+const SETTLED: u64 = 20_000;
+/// Steps for which mass and rest must last.
+const LONG: u64 = 100_000;
+
+fn with_precision(context: &Context, precision: Precision) -> anyhow::Result<Case> {
+    let mut case = context.case("case.toml")?;
+    lattice(&mut case).precision = precision;
+    Ok(case)
+}
+
+const PRECISIONS: [(Precision, &str); 2] = [(Precision::F32, "f32"), (Precision::F64, "f64")];
+
+/// Liquid at rest in a box, with a free surface.
+pub(super) fn tank_hydrostatic(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let runs: anyhow::Result<Vec<Vec<Check>>> =
+        PRECISIONS.par_iter().map(|(precision, name)| tank(context, *precision, name)).collect();
+    Ok(runs?.concat())
+}
+
+fn tank(context: &Context, precision: Precision, name: &str) -> anyhow::Result<Vec<Check>> {
+    let case = with_precision(context, precision)?;
+    let height = case.fluid[0].shape.bounds().1.z;
+    let gravity = -case.domain.gravity.z;
+    let weight = case.material.density * gravity;
+    let scale = (gravity * height).sqrt();
+    let mut flow = Flow::new(case);
+    let mut checks = Vec::new();
+    for steps in [SETTLED, LONG] {
+        flow.steps(steps - (flow.simulation.time() / flow.simulation.time_step()).round() as u64)?;
+        let cells = flow.cells();
+        let fastest = cells.velocity.iter().map(|u| u.length()).fold(0.0, f64::max);
+        let (mut pressure, mut level) = (0.0f64, 0.0f64);
+        for j in 0..cells.count[1] {
+            for i in 0..cells.count[0] {
+                let mut column = 0.0;
+                for k in 0..cells.count[2] {
+                    let n = cells.index(i, j, k);
+                    column += cells.fill[n];
+                    if cells.fill[n] == 1.0 {
+                        let exact = weight * (height - cells.centre(i, j, k).z);
+                        pressure = pressure.max((cells.pressure[n] - exact).abs());
+                    }
+                }
+                level = level.max((column - height / cells.size).abs());
+            }
+        }
+        let what = |quantity: &str| format!("{quantity}, {name}, {steps} steps");
+        checks.extend([
+            context.zero("pressure", what("pressure over rho g H"), "", pressure / (weight * height))?,
+            context.zero(&format!("speed {name}"), what("speed over sqrt(g H)"), "", fastest / scale)?,
+            context.zero("level", what("level"), "cells", level)?,
+        ]);
+    }
+    Ok(checks)
+}
+
+/// Liquid that collapses and sloshes in a closed box: its mass.
+pub(super) fn closed_box(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let (single, double) = rayon::join(
+        || drift::<f32>(&with_precision(context, Precision::F32)?),
+        || drift::<f64>(&with_precision(context, Precision::F64)?),
+    );
+    let (single, double) = (single?, double?);
+    let name = |precision: &str| format!("largest change of mass, {precision}");
+    Ok(vec![
+        context.zero("f32", name("f32"), "", single.largest)?,
+        context.zero("f64", name("f64"), "", double.largest)?,
+        context.zero("f64", "change of mass but for repayments, f64", "", double.accumulated)?,
+        shown("change of mass but for repayments, f32", single.accumulated),
+    ])
+}
+
+/// Relative changes of mass.
+struct Drift {
+    /// The largest at any time.
+    largest: f64,
+    /// What it would have come to if rounding had never been repaid.
+    accumulated: f64,
+}
+
+fn drift<T: Real>(case: &Case) -> anyhow::Result<Drift> {
+    /// The solver repays rounding at multiples of this number of steps; mass is read one step earlier, too.
+    const REPAID: u64 = 1000;
+    let mut fluid = LatticeBoltzmann::<T>::new(case);
+    let start = fluid.mass();
+    let mut drift = Drift { largest: 0.0, accumulated: 0.0 };
+    let mut last = start;
+    for step in 1..=LONG {
+        fluid.advance()?;
+        let mass = if step % (REPAID / 4) == 0 || step % REPAID == REPAID - 1 { fluid.mass() } else { continue };
+        drift.largest = drift.largest.max((mass / start - 1.0).abs());
+        if step % REPAID == REPAID - 1 {
+            drift.accumulated += (mass - last) / start;
+        } else if step % REPAID == 0 {
+            last = mass;
+        }
+    }
+    drift.accumulated = drift.accumulated.abs();
+    Ok(drift)
+}
+
+/// Carries the fluid of the case through its periodic box to the stop time, when it is back where it started.
+pub(super) fn advection(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let case = context.case("case.toml")?;
+    let mut fluid = LatticeBoltzmann::<f64>::new(&case);
+    let mass = fluid.mass();
+    let steps = (case.stop.time / fluid.time_step()).round() as u64;
+    for _ in 0..steps {
+        fluid.advance()?;
+    }
+    let Fluid::Cells(cells) = fluid.snapshot().fluid;
+    let (shape, velocity) = (case.fluid[0].shape, case.fluid[0].velocity);
+    let (mut difference, mut volume, mut off) = (0.0, 0.0, 0.0f64);
+    for place in centres(&cells) {
+        let exact = shape.fill(place, cells.size);
+        let (fill, moves) = cell_at(&cells, place).map_or((0.0, velocity), |n| (cells.fill[n], cells.velocity[n]));
+        difference += (fill - exact).abs();
+        volume += exact;
+        if fill > 0.5 {
+            off = off.max(moves.distance(velocity) / velocity.length());
+        }
+    }
+    Ok(vec![
+        context.relative("mass", "mass", "kg", mass, fluid.mass())?,
+        context.zero("shape", "shape (L1 of the fill)", "", difference / volume)?,
+        shown("velocity furthest off, cells over half full", off),
+    ])
+}
