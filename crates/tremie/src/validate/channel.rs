@@ -15,6 +15,9 @@ use super::flow::{Flow, lattice};
 /// Share of the largest velocity by which a flow may still change in one diffusion time when it counts as steady.
 const STEADY: f64 = 1e-9;
 
+/// Share of the shear rate at the wall below which a cell belongs to the plug.
+const PLUG: f64 = 0.01;
+
 /// Cells across.
 const CELLS: [usize; 3] = [16, 32, 64];
 
@@ -26,6 +29,12 @@ fn gap(case: &Case) -> f64 {
 /// Time in s in which momentum diffuses across `height` m: the slowest mode decays by e in pi^2 times less.
 fn diffusion_time(case: &Case, height: f64) -> f64 {
     height * height * case.material.density / case.material.curve.plastic_viscosity()
+}
+
+/// Makes the domain 8 x 1 x `cells` cells of the size `size` in m.
+fn set_cells(case: &mut Case, size: f64, cells: usize) {
+    lattice(case).cell_size = size;
+    case.domain.max = case.domain.min + size * DVec3::new(8.0, 1.0, cells as f64);
 }
 
 /// Height z in m, fill, velocity along x in m/s, shear rate in 1/s and stress in Pa of the cells of one column.
@@ -110,7 +119,7 @@ fn channels(context: &Context, curve: Option<FlowCurve>) -> anyhow::Result<Vec<(
         .map(|cells| {
             let mut case = context.case("case.toml")?;
             let case_gap = gap(&case);
-            lattice(&mut case).cell_size = case_gap / *cells as f64;
+            set_cells(&mut case, case_gap / *cells as f64, *cells);
             if let Some(curve) = curve {
                 case.material.curve = curve;
             }
@@ -149,9 +158,12 @@ pub(super) fn channel_bingham(context: &Context) -> anyhow::Result<Vec<Check>> {
             let name = format!("velocity, plug {phi}, {cells} cells (L2)");
             checks.push(if cells == 32 { context.zero("profile", name, "", error)? } else { shown(name, error) });
             errors.push(error);
-            let plug = column.iter().filter(|level| level.rate == 0.0).count() as f64;
+            let wall_rate = case.material.curve.shear_rate(exact.wall_stress);
+            let plug = || column.iter().filter(|level| level.rate < PLUG * wall_rate);
             let name = format!("plug width, plug {phi}, {cells} cells");
-            checks.push(context.absolute("plug width", name, "cells", phi * cells as f64, plug)?);
+            checks.push(context.absolute("plug width", name, "cells", phi * cells as f64, plug().count() as f64)?);
+            let creep = plug().map(|level| level.rate).fold(0.0, f64::max) / wall_rate;
+            checks.push(shown(format!("largest rate in plug {phi} over that at the wall, {cells} cells"), creep));
         }
         let order = observed_order(&CELLS, &errors);
         checks.push(context.at_least("order", format!("order, plug {phi}"), order)?);
@@ -209,8 +221,7 @@ fn film(context: &Context, cells: f64) -> anyhow::Result<Vec<Check>> {
     let mut case = context.case("case.toml")?;
     let thickness = case.fluid[0].shape.bounds().1.z;
     let size = thickness / cells;
-    lattice(&mut case).cell_size = size;
-    case.domain.max = case.domain.min + size * DVec3::new(8.0, 1.0, cells.ceil() + 3.0);
+    set_cells(&mut case, size, cells.ceil() as usize + 3);
     let driving = case.material.density * case.domain.gravity.x;
     let viscosity = case.material.curve.plastic_viscosity();
     // Momentum balance of the film: mu du/dz = rho g_x (h - z).
