@@ -64,6 +64,23 @@ impl Scale {
         if self.log && self.high / self.low >= 10.0 { self.decades(count) } else { self.steps(count) }
     }
 
+    /// Ticks along `length` pixels from left to right, as many as have room for their labels.
+    fn ticks_along(&self, length: f64) -> Vec<Tick> {
+        const GAP: f64 = 14.0;
+        let mut count = length / TICK_SPACING;
+        loop {
+            let ticks = self.ticks(count);
+            let widest = ticks.iter().map(|tick| text_width(&tick.label, TICK)).fold(0.0, f64::max);
+            let crowded = ticks.windows(2).any(|pair| {
+                length * (self.position(pair[1].value) - self.position(pair[0].value)) < widest + GAP
+            });
+            if !crowded || count < 2.0 {
+                return ticks;
+            }
+            count *= 0.7;
+        }
+    }
+
     fn steps(&self, count: f64) -> Vec<Tick> {
         let rough = (self.high - self.low) / count.max(1.0);
         let mut exponent = rough.log10().floor() as i32;
@@ -192,7 +209,7 @@ impl Axes {
 
     fn x_ticks(&self) -> impl Iterator<Item = (f64, Tick)> {
         let (scale, area) = (self.x, self.area);
-        scale.ticks(area.width / TICK_SPACING).into_iter().map(move |tick| {
+        scale.ticks_along(area.width).into_iter().map(move |tick| {
             let x = area.left + area.width * scale.position(tick.value);
             (x.round(), tick)
         })
@@ -217,7 +234,8 @@ pub(super) fn draw_colour_bar(canvas: &mut Canvas, area: Area, scale: Scale, pal
     });
     canvas.frame(area, FRAME);
     let mut widest = 0.0f64;
-    for tick in scale.ticks(height.max(width) / TICK_SPACING) {
+    let ticks = if standing { scale.ticks(height / TICK_SPACING) } else { scale.ticks_along(width) };
+    for tick in ticks {
         let t = scale.position(tick.value);
         if standing {
             let (x, y) = (area.right(), (area.bottom() - height * t).round());
@@ -255,6 +273,14 @@ mod tests {
         assert_eq!(labels(0.01, 1e5, true, 9.0), ["0.01", "0.1", "1", "10", "100", "1000", "10⁴", "10⁵"]);
         assert_eq!(labels(1e-6, 1e-4, true, 9.0).first().unwrap(), "10⁻⁶");
         assert_eq!(labels(2.0, 30.0, true, 5.0), ["2", "5", "10", "20"]);
+    }
+
+    #[test]
+    fn labels_along_an_axis_do_not_run_into_each_other() {
+        let wide = Scale::new(0.0, 1.95e-5, false).ticks_along(684.0);
+        let labels: Vec<&str> = wide.iter().map(|tick| tick.label.as_str()).collect();
+        assert_eq!(labels, ["0", "0.5×10⁻⁵", "1.0×10⁻⁵", "1.5×10⁻⁵"]);
+        assert_eq!(Scale::new(0.0, 2.0, false).ticks_along(684.0).len(), 11);
     }
 
     #[test]

@@ -1,0 +1,378 @@
+//! The program as its users see it: through the real binary.
+
+// Helpers of tests are tests too.
+#![allow(clippy::unwrap_used)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A slump on coarse cells: a second or so in a debug build.
+const CASE: &str = r#"title = "Coarse slump"
+method = "lbm"
+
+[material]
+density = "2300 kg/m3"
+bingham = { yield_stress = "50 Pa", plastic_viscosity = "30 Pa s" }
+
+[domain]
+min = ["0 mm", "0 mm", "0 mm"]
+max = ["340 mm", "340 mm", "320 mm"]
+sides = { x_min = "symmetry", y_min = "symmetry" }
+
+[[fluid]]
+cone = { base = ["0 m", "0 m", "0 m"], base_diameter = "200 mm", top_diameter = "100 mm", height = "300 mm" }
+
+[lbm]
+cell_size = "20 mm"
+
+[gauges]
+interval = "20 ms"
+spread = { centre = ["0 m", "0 m"] }
+
+[stop]
+time = "1 s"
+
+[output]
+snapshot_interval = "0.3 s"
+picture_interval = "0.5 s"
+"#;
+
+fn tremie(place: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tremie"));
+    command.current_dir(place).args(arguments).env("NO_COLOR", "1");
+    command
+}
+
+fn output(place: &Path, arguments: &[&str]) -> Output {
+    tremie(place, arguments).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// Runs the program, which must succeed; what it wrote to standard output.
+fn done(place: &Path, arguments: &[&str]) -> String {
+    let output = output(place, arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+/// A folder with the case in it, after replacements in its text.
+fn folder_with_case(replacements: &[(&str, &str)]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let case = replacements.iter().fold(CASE.to_owned(), |case, (old, new)| {
+        assert!(case.contains(old), "{old}");
+        case.replace(old, new)
+    });
+    fs::write(folder.path().join("slump.toml"), case).unwrap();
+    folder
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+}
+
+#[test]
+fn a_run_leaves_a_complete_folder() {
+    let place = folder_with_case(&[]);
+    let told = done(place.path(), &["run", "slump.toml", "--quiet"]);
+    assert!(told.contains("stop time reached") && told.contains("runs/slump"), "{told}");
+
+    let run = place.path().join("runs/slump");
+    assert_eq!(fs::read_to_string(run.join("case.toml")).unwrap(), CASE);
+    let summary = json(&run.join("summary.json"));
+    assert_eq!(summary["end_reason"], "time");
+    assert!((0.3..0.5).contains(&summary["spread_m"].as_f64().unwrap()), "{summary}");
+    let record = json(&run.join("run.json"));
+    assert!(record["scaling"]["time_step_s"].as_f64().unwrap() > 0.0);
+    assert_eq!(record["scaling"]["cells"], serde_json::json!([17, 17, 16]));
+
+    let series = fs::read_to_string(run.join("series.csv")).unwrap();
+    assert!(series.starts_with("time_s,spread_m,"), "{series}");
+    assert!((50..=53).contains(&series.lines().count()), "{}", series.lines().count());
+    // Five moments of the fields and four pictures: each interval, and the end.
+    for (name, beginning) in [
+        ("fluid_000004.vti", &b"<?xml"[..]),
+        ("surface_000004.vtp", b"<?xml"),
+        ("fluid.pvd", b"<?xml"),
+        ("surface.pvd", b"<?xml"),
+        ("above_000002.png", b"\x89PNG"),
+        ("cut_000002.png", b"\x89PNG"),
+    ] {
+        let bytes = fs::read(run.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert!(bytes.starts_with(beginning), "{name}");
+    }
+    let vti = fs::read(run.join("fluid_000004.vti")).unwrap();
+    let header = String::from_utf8_lossy(&vti[..400]).into_owned();
+    assert!(header.contains("ImageData") && header.contains("WholeExtent"), "{header}");
+}
+
+#[test]
+fn the_laboratory_tells_a_slump_flow() {
+    let place = tempfile::tempdir().unwrap();
+    // Stiff and thin enough to rest soon on cells that are far too coarse.
+    let mix =
+        ["lab", "slump-flow", "--cell-size", "20mm", "--yield-stress", "400Pa", "--viscosity", "20Pa.s"];
+    let told = done(place.path(), &[&mix[..], &["--quiet"]].concat());
+    for word in ["slump flow", "T500", "below SF1", "slump ", "spreading formula", "came to rest"] {
+        assert!(told.contains(word), "{word}: {told}");
+    }
+    let run = place.path().join("runs/slump-flow");
+    let summary = json(&run.join("summary.json"));
+    assert_eq!(summary["sf_class"], "below SF1");
+    assert_eq!((&summary["vs_class"], &summary["t500_s"]), (&Value::Null, &Value::Null));
+    assert!(summary["slump_mm"].as_f64().unwrap() > 100.0);
+    let flow = 500.0 * (summary["spread_x_m"].as_f64().unwrap() + summary["spread_y_m"].as_f64().unwrap());
+    assert!((summary["slump_flow_mm"].as_f64().unwrap() - flow).abs() < 1e-9);
+
+    // Resumed after its end it tells the same, from its record.
+    let again: Value =
+        serde_json::from_str(&done(place.path(), &["resume", "runs/slump-flow", "--json", "-q"])).unwrap();
+    assert_eq!(again["slump_flow_mm"], summary["slump_flow_mm"]);
+    // Its case can be run by itself, in the same steps.
+    done(place.path(), &["run", "runs/slump-flow/case.toml", "--out", "again", "-q", "--threads", "1"]);
+    let series = |run: &Path| fs::read(run.join("series.csv")).unwrap();
+    assert!(series(&run) == series(&place.path().join("again")));
+}
+
+/// Starts a run and interrupts it when it has written some readings.
+#[cfg(unix)]
+fn interrupted(place: &Path, arguments: &[&str], series: &Path) -> Output {
+    let mut child: Child =
+        tremie(place, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let began = Instant::now();
+    let lines = || fs::read_to_string(series).map_or(0, |text| text.lines().count());
+    while lines() < 15 {
+        assert!(began.elapsed() < Duration::from_secs(60), "the run does not get going");
+        assert!(child.try_wait().unwrap().is_none(), "the run ended before it could be interrupted");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    child.wait_with_output().unwrap()
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_goes_on_as_if_nothing_had_happened() {
+    let place = folder_with_case(&[("\"20 mm\"", "\"10 mm\""), ("\"1 s\"", "\"1.2 s\"")]);
+    let place = place.path();
+    done(place, &["run", "slump.toml", "--out", "whole", "-q"]);
+
+    let output =
+        interrupted(place, &["run", "slump.toml", "--out", "parts"], &place.join("parts/series.csv"));
+    let told = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{told}");
+    assert!(told.contains("tremie resume parts"), "{told}");
+    assert_eq!(json(&place.join("parts/run.json"))["end_reason"], "interrupted");
+    let time = json(&place.join("parts/summary.json"))["time_s"].as_f64().unwrap();
+    assert!(time < 1.1, "interrupted too late, at {time} s");
+    done(place, &["resume", "parts", "-q"]);
+
+    let names = |run: &str| {
+        let entries = fs::read_dir(place.join(run)).unwrap();
+        let mut names: Vec<String> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    };
+    assert_eq!(names("whole"), names("parts"));
+    // All but what tells of wall-clock time.
+    for name in names("whole").iter().filter(|name| !["run.json", "summary.json"].contains(&name.as_str())) {
+        let read = |run: &str| fs::read(place.join(run).join(name)).unwrap();
+        assert!(read("whole") == read("parts"), "{name} differs");
+    }
+}
+
+#[test]
+fn check_tells_the_cost_and_writes_nothing() {
+    let place = folder_with_case(&[]);
+    let told = done(place.path(), &["check", "slump.toml"]);
+    for word in ["4,624 cells of 20 mm", "wet cells", "memory", "time step", "tau", "Mach", "estimated time"]
+    {
+        assert!(told.contains(word), "{word}: {told}");
+    }
+    let numbers: Value =
+        serde_json::from_str(&done(place.path(), &["check", "slump.toml", "--json"])).unwrap();
+    for key in
+        ["steps", "relaxation_time", "mach", "hydrostatic_error", "bingham", "reynolds", "estimated_time_s"]
+    {
+        assert!(numbers[key].as_f64().unwrap() > 0.0, "{key}");
+    }
+    assert_eq!(numbers["warnings"], serde_json::json!([]));
+    assert_eq!(fs::read_dir(place.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn check_warns_of_numbers_out_of_their_range() {
+    for (setting, word) in [
+        ("time_step = \"8 ms\"", "relaxation time"),
+        ("time_step = \"8 ms\"", "Mach number"),
+        ("time_step = \"8 ms\"", "density"),
+        ("time_step = \"0.01 ms\"", "below 0.505"),
+    ] {
+        let cells = format!("cell_size = \"20 mm\"\n{setting}");
+        let place = folder_with_case(&[("cell_size = \"20 mm\"", &cells)]);
+        let output = output(place.path(), &["check", "slump.toml", "--json"]);
+        // So large a time step may break down within the first steps, which is told too.
+        let told = text(&output.stdout) + &text(&output.stderr);
+        assert!(told.contains(word) || told.contains("no longer near 1"), "{setting}: {told}");
+    }
+    let place = folder_with_case(&[("height = \"300 mm\"", "height = \"60 mm\"")]);
+    let output = output(place.path(), &["check", "slump.toml"]);
+    assert!(text(&output.stderr).contains("3.0 cells across"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn a_breakdown_is_told_with_advice() {
+    let place =
+        folder_with_case(&[("cell_size = \"20 mm\"", "cell_size = \"20 mm\"\ntime_step = \"40 ms\"")]);
+    let output = output(place.path(), &["run", "slump.toml", "-q"]);
+    let told = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert!(told.contains("error: at t = ") && told.contains("time_step"), "{told}");
+    assert_eq!(json(&place.path().join("runs/slump/run.json"))["end_reason"], "breakdown");
+}
+
+/// Runs the program, which must refuse its input in one message that holds all the words.
+fn refused(place: &Path, arguments: &[&str], words: &[&str]) {
+    let output = output(place, arguments);
+    let told = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {told}");
+    assert_eq!(told.matches("error").count(), 1, "{arguments:?}: {told}");
+    assert!(!told.contains("panicked") && output.stdout.is_empty(), "{arguments:?}: {told}");
+    for word in words {
+        assert!(told.contains(word), "{arguments:?} does not tell `{word}`: {told}");
+    }
+}
+
+#[test]
+fn wrong_cases_are_refused_with_the_line_and_advice() {
+    for (old, new, words) in [
+        ("yield_stress", "yeild_stress", &["slump.toml:6:", "did you mean `yield_stress`?"][..]),
+        ("\"50 Pa\"", "\"50 mm\"", &["slump.toml:6:", "a length, not a stress", "\"50 Pa\""]),
+        ("\"50 Pa\"", "50", &["slump.toml:6:", "has no unit"]),
+        ("\"50 Pa\"", "\"-50 Pa\"", &["slump.toml:6:", "negative"]),
+        ("\"30 Pa s\"", "\"0 Pa s\"", &["slump.toml:6:", "must be positive"]),
+        ("\"2300 kg/m3\"", "\"2300 kg/mm\"", &["slump.toml:5:", "a density"]),
+        ("method = \"lbm\"", "method = \"fem\"", &["slump.toml:2:", "\"lbm\""]),
+        ("title = \"Coarse slump\"\n", "", &["slump.toml:", "`title` is missing"]),
+        ("title = ", "title ", &["slump.toml:1:", "TOML"]),
+        ("\"320 mm\"", "\"325 mm\"", &["slump.toml:10:", "not a whole number"]),
+        ("[\"340 mm\", ", "[\"-340 mm\", ", &["slump.toml:10:", "larger than the smallest"]),
+        ("x_min = \"symmetry\"", "x_min = \"periodic\"", &["slump.toml:11:", "opposite side"]),
+        ("base = [\"0 m\"", "base = [\"9 m\"", &["slump.toml:1", "outside the domain"]),
+        ("cell_size = \"20 mm\"", "cell_size = \"1 m\"", &["slump.toml:17:", "larger than the domain"]),
+        ("cell_size = \"20 mm\"", "cell_size = \"1 um\"", &["slump.toml:17:", "larger cell size"]),
+        ("centre = [\"0 m\"", "centre = [\"2 m\"", &["slump.toml:21:", "outside the domain"]),
+        ("time = \"1 s\"", "time = \"1 s\"\nrest = 5", &["slump.toml:25:", "rest"]),
+        ("[stop]\ntime = \"1 s\"\n", "", &["slump.toml:", "`stop` is missing", "[stop]"]),
+    ] {
+        let place = folder_with_case(&[(old, new)]);
+        for command in ["run", "check"] {
+            refused(place.path(), &[command, "slump.toml"], words);
+        }
+        assert!(!place.path().join("runs").exists());
+    }
+}
+
+#[test]
+fn wrong_files_and_arguments_are_refused_with_advice() {
+    let place = folder_with_case(&[("\"1 s\"", "\"0.05 s\"")]);
+    let place = place.path();
+    fs::create_dir(place.join("folder")).unwrap();
+    fs::write(place.join("binary.toml"), [0xff, 0xfe, 0x00]).unwrap();
+    fs::write(place.join("empty.toml"), "").unwrap();
+    fs::write(place.join("notes.txt"), "mine").unwrap();
+    let refused = |arguments: &[&str], words: &[&str]| refused(place, arguments, words);
+
+    refused(&["run", "none.toml"], &["none.toml", "No such file"]);
+    refused(&["check", "none.toml"], &["none.toml", "No such file"]);
+    refused(&["run", "folder"], &["folder", "directory"]);
+    refused(&["run", "binary.toml"], &["binary.toml", "UTF-8"]);
+    refused(&["run", "empty.toml"], &["`title` is missing"]);
+    refused(&["run"], &["<CASE>"]);
+    refused(&["rnu", "slump.toml"], &["unrecognized subcommand 'rnu'", "'run'"]);
+    refused(&["--threads", "0", "check", "slump.toml"], &["--threads", "zero"]);
+    refused(&["run", "slump.toml", "--out", "notes.txt"], &["notes.txt"]);
+    refused(&["run", "slump.toml", "--out", "."], &["is not empty", "--force"]);
+
+    let lab = |option: &str, value: &str, words: &[&str]| {
+        refused(&["lab", "slump-flow", option, value], words);
+        assert!(!place.join("runs").exists());
+    };
+    lab("--yield-stress", "50mm", &["--yield-stress", "a length, not a stress"]);
+    lab("--yield-stress", "50", &["has no unit", "\"50 Pa\""]);
+    lab("--yield-stress", "0Pa", &["must be positive"]);
+    lab("--yield-stress", "1e-9Pa", &["Pa at least"]);
+    lab("--viscosity", "30Pas", &["Pas"]);
+    lab("--density", "2,3t/m3", &["comma"]);
+    lab("--cell-size", "100mm", &["--cell-size from 0.25 mm to 25 mm"]);
+    lab("--precision", "f16", &["f32, f64"]);
+
+    done(place, &["run", "slump.toml", "--out", "run", "-q"]);
+    refused(
+        &["run", "slump.toml", "--out", "run"],
+        &["run is not empty", "resume", "--force", "another folder"],
+    );
+    done(place, &["run", "slump.toml", "--out", "run", "-q", "--force"]);
+
+    refused(&["resume", "folder"], &["folder holds no run", "case.toml"]);
+    refused(&["resume", "none"], &["none holds no run"]);
+    let spoil = |name: &str, change: &dyn Fn(Vec<u8>) -> Vec<u8>, words: &[&str]| {
+        let path: PathBuf = place.join("run").join(name);
+        let before = fs::read(&path).unwrap();
+        fs::write(&path, change(before.clone())).unwrap();
+        refused(&["resume", "run"], words);
+        fs::write(&path, before).unwrap();
+    };
+    let again = "tremie run run/case.toml --out run --force";
+    let flipped = |mut bytes: Vec<u8>| {
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 0x10;
+        bytes
+    };
+    spoil("checkpoint.tremie", &flipped, &["damaged", again]);
+    spoil("checkpoint.tremie", &|bytes| bytes[..bytes.len() / 2].to_vec(), &["truncated", again]);
+    spoil("checkpoint.tremie", &|_| b"{}".to_vec(), &["checkpoint", again]);
+    spoil("run.json", &|_| b"{".to_vec(), &["run.json is damaged"]);
+    let larger = |bytes: Vec<u8>| text(&bytes).replace("340 mm", "360 mm").into_bytes();
+    spoil("case.toml", &larger, &["the checkpoint was written for", again]);
+    fs::remove_file(place.join("run/checkpoint.tremie")).unwrap();
+    refused(&["resume", "run"], &["no checkpoint yet", again]);
+    // The user's own files are still there.
+    assert_eq!(fs::read_to_string(place.join("notes.txt")).unwrap(), "mine");
+}
+
+#[test]
+fn every_command_has_help_with_examples() {
+    let place = tempfile::tempdir().unwrap();
+    for command in [&[][..], &["lab", "slump-flow"], &["run"], &["resume"], &["check"]] {
+        let told = done(place.path(), &[command, &["--help"]].concat());
+        assert!(told.contains("Examples:\n  tremie "), "{command:?}: {told}");
+        assert_eq!(told, done(place.path(), &[&["help"], command].concat()));
+    }
+    for command in ["lab", "validate"] {
+        assert!(done(place.path(), &[command, "--help"]).contains("Usage: tremie"));
+    }
+    assert_eq!(done(place.path(), &["--version"]), format!("tremie {}\n", env!("CARGO_PKG_VERSION")));
+}
+
+#[test]
+fn the_cases_that_come_along_are_sound() {
+    let cases = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases");
+    let mut number = 0;
+    for entry in fs::read_dir(cases).unwrap() {
+        let case = entry.unwrap().path().join("case.toml");
+        let numbers = done(&std::env::temp_dir(), &["check", case.to_str().unwrap(), "--json"]);
+        let numbers: Value = serde_json::from_str(&numbers).unwrap();
+        assert_eq!(numbers["warnings"], serde_json::json!([]), "{}", case.display());
+        number += 1;
+    }
+    assert!(number >= 2);
+}
