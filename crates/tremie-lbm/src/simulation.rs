@@ -5,7 +5,7 @@ use tremie_case::{Case, Precision, Side};
 use tremie_output::state::{Array, State};
 use tremie_simulation::{Breakdown, Load, RestoreError, Simulation, Snapshot};
 
-use crate::grid::Grid;
+use crate::grid::{FILL, Grid};
 use crate::initial::centre;
 use crate::plan::{Plan, settings};
 use crate::real::Real;
@@ -14,7 +14,7 @@ use crate::rows::Rows;
 use crate::scaling::Scaling;
 use crate::stream::{Findings, Physics};
 use crate::surface::Ledger;
-use crate::topology::{Boundary, CELLS, Topology};
+use crate::topology::{Boundary, CELLS, EDGE, Topology};
 
 /// Steps between looks for crumbs, for dry blocks, and for mass lost to rounding.
 const CRUMBS: u64 = 32;
@@ -173,7 +173,16 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         let (places, free) = self.grid.layout();
         let (mut fields, mut mass, mut kinds) = (Vec::<T>::new(), Vec::<f64>::new(), Vec::<u8>::new());
         for slot in self.grid.slots() {
-            fields.extend_from_slice(cast_slice(&*self.grid.front[slot]));
+            // Where a cell has no such value, something is left over that means nothing; as zero it takes no room, and
+            // the same moment of the same run gives the same file.
+            let kinds_of = &self.grid.kinds[slot];
+            for (i, field) in self.grid.front[slot].iter().enumerate() {
+                fields.extend(field.iter().enumerate().map(|(cell, value)| {
+                    let row = kinds_of.get(cell / EDGE).copied().unwrap_or_default();
+                    let used = if i == FILL { row.interface } else { row.wet() };
+                    if used >> (cell % EDGE) & 1 == 1 { *value } else { T::ZERO }
+                }));
+            }
             mass.extend_from_slice(&*self.grid.mass[slot]);
             kinds.extend_from_slice(cast_slice(&self.grid.kinds[slot]));
         }

@@ -244,7 +244,7 @@ fn refused(place: &Path, arguments: &[&str], words: &[&str]) {
     let output = output(place, arguments);
     let told = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{arguments:?}: {told}");
-    assert_eq!(told.matches("error").count(), 1, "{arguments:?}: {told}");
+    assert_eq!(told.matches("error: ").count(), 1, "{arguments:?}: {told}");
     assert!(!told.contains("panicked") && output.stdout.is_empty(), "{arguments:?}: {told}");
     for word in words {
         assert!(told.contains(word), "{arguments:?} does not tell `{word}`: {told}");
@@ -297,7 +297,7 @@ fn wrong_files_and_arguments_are_refused_with_advice() {
     refused(&["run", "binary.toml"], &["binary.toml", "UTF-8"]);
     refused(&["run", "empty.toml"], &["`title` is missing"]);
     refused(&["run"], &["<CASE>"]);
-    refused(&["rnu", "slump.toml"], &["unrecognized subcommand 'rnu'", "'run'"]);
+    refused(&["resum", "x"], &["unrecognized subcommand 'resum'", "'resume'"]);
     refused(&["--threads", "0", "check", "slump.toml"], &["--threads", "zero"]);
     refused(&["run", "slump.toml", "--out", "notes.txt"], &["notes.txt"]);
     refused(&["run", "slump.toml", "--out", "."], &["is not empty", "--force"]);
