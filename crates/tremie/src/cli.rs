@@ -52,7 +52,7 @@ pub fn main() -> ExitCode {
         pool.install(|| match program.command {
             Command::Lab(experiment) => lab::run(experiment),
             Command::Run(arguments) => run::run(arguments),
-            Command::Resume(arguments) => run::resume(arguments),
+            Command::Resume(arguments) => run::resume(&arguments),
             Command::Check(arguments) => check::run(&arguments),
             Command::Validate(arguments) => validate::run(arguments),
         })

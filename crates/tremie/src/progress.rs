@@ -21,7 +21,7 @@ pub(crate) fn observer(quiet: bool, rests: bool) -> Box<dyn Observer> {
     } else if stderr().is_terminal() {
         let bar = ProgressBar::new(LENGTH);
         // The template is constant and right; the default style is no worse if it ever is not.
-        if let Ok(style) = ProgressStyle::with_template("{bar:20} {wide_msg}") {
+        if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar}\n{wide_msg}") {
             bar.set_style(style.progress_chars("=> "));
         }
         Box::new(Bar { bar, rests })
@@ -39,6 +39,7 @@ impl Observer for Bar {
     fn progress(&mut self, progress: &Progress) {
         let share = (progress.time / progress.end_time).clamp(0.0, 1.0);
         self.bar.set_position((share * LENGTH as f64) as u64);
+        self.bar.set_prefix(moment(progress));
         self.bar.set_message(describe(progress, self.rests));
     }
 }
@@ -58,15 +59,19 @@ impl Observer for Lines {
     fn progress(&mut self, progress: &Progress) {
         let first = *self.last.get_or_insert_with(Instant::now);
         if first.elapsed() >= LINE_INTERVAL {
-            terminal::note(&describe(progress, self.rests));
+            terminal::note(&format!("{}, {}", moment(progress), describe(progress, self.rests)));
             self.last = Some(Instant::now());
         }
     }
 }
 
-/// One line on where a run is; `rests` if it may end before its time.
+fn moment(progress: &Progress) -> String {
+    format!("t = {:.2} s of {} s", progress.time, significant(progress.end_time))
+}
+
+/// What the run does at present, and how long it will take; `rests` if it may end before its time.
 fn describe(progress: &Progress, rests: bool) -> String {
-    let mut parts = vec![format!("t = {:.2} s of {} s", progress.time, significant(progress.end_time))];
+    let mut parts = Vec::new();
     if let Some(spread) = &progress.readings.spread {
         parts.push(format!("spread {:.0} mm", 1e3 * spread.mean));
     }

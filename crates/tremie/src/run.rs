@@ -75,7 +75,7 @@ pub(crate) fn run(arguments: RunArguments) -> anyhow::Result<ExitCode> {
 }
 
 /// Goes on with a run.
-pub(crate) fn resume(arguments: ResumeArguments) -> anyhow::Result<ExitCode> {
+pub(crate) fn resume(arguments: &ResumeArguments) -> anyhow::Result<ExitCode> {
     Job::resume(&arguments.dir)?.run(arguments.manner)
 }
 
@@ -189,7 +189,11 @@ impl Job {
             None => readings(&outcome.summary),
         };
         rows.extend(ending(&outcome.summary, &folder));
-        terminal::say(&if manner.json { format!("{json:#}") } else { terminal::columns(&rows) });
+        terminal::say(&if manner.json {
+            format!("{json:#}")
+        } else {
+            format!("\n{}", terminal::columns(&rows))
+        });
         Ok(ExitCode::SUCCESS)
     }
 }

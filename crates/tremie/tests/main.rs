@@ -376,3 +376,11 @@ fn the_cases_that_come_along_are_sound() {
     }
     assert!(number >= 2);
 }
+
+#[test]
+fn the_case_of_the_reference_is_sound() {
+    let reference = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/case-file.md");
+    let text = fs::read_to_string(reference).unwrap();
+    let case = text.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
+    tremie_case::Case::parse("docs/case-file.md", case).unwrap_or_else(|error| panic!("{error}"));
+}

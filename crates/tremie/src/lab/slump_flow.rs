@@ -198,7 +198,7 @@ picture_interval = "1 s"
 
 /// Time in s by which the concrete has long come to rest: it creeps for a multiple of its viscosity over its yield stress.
 fn stop_time(viscosity: f64, yield_stress: f64) -> f64 {
-    (200.0 * viscosity / yield_stress).clamp(60.0, 3600.0).ceil()
+    (100.0 * viscosity / yield_stress).clamp(60.0, 3600.0).ceil()
 }
 
 /// Without the noise in the last digits that computing leaves, and without negative zeros.
@@ -234,6 +234,7 @@ pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
             ),
         ),
         ("T500", t500),
+        ("", "(first touch; here the cone vanishes at once, a real one is lifted in 1 s to 3 s)".to_owned()),
         ("class", [Some(sf), vs].into_iter().flatten().collect::<Vec<_>>().join(", ")),
         ("final height", format!("{:.0} mm in the middle", 1e3 * spread.height)),
         ("slump", format!("{slump_mm:.0} mm")),
