@@ -172,7 +172,12 @@ impl<'a> Context<'a> {
     }
 
     /// A value that must reach its reference; what is missing is the error.
-    pub(super) fn at_least(&self, name: &str, quantity: impl Into<String>, value: f64) -> anyhow::Result<Check> {
+    pub(super) fn at_least(
+        &self,
+        name: &str,
+        quantity: impl Into<String>,
+        value: f64,
+    ) -> anyhow::Result<Check> {
         let least = self.definition.at_least.get(name).copied();
         let reference = least.ok_or_else(|| anyhow!("{}: no `{name}` to reach", self.benchmark.id))?;
         let error = if value >= reference { 0.0 } else { reference - value };

@@ -72,13 +72,14 @@ impl Flow {
         }
     }
 
-    /// Advances until the stop rule of the case sees rest, and gives the readings then.
-    pub(super) fn until_rest(&mut self) -> anyhow::Result<Readings> {
+    /// Advances until the stop rule of the case sees rest, and gives the readings then; `see` is shown all on the way.
+    pub(super) fn until_rest(&mut self, see: impl Fn(&Readings)) -> anyhow::Result<Readings> {
         let Some(rest) = self.case.stop.rest else { anyhow::bail!("the case has no stop rule for rest") };
         let mut watch = RestWatch::default();
         let mut reading = 0u32;
         loop {
             let readings = self.readings();
+            see(&readings);
             watch.update(&rest, &readings);
             if watch.reached(&rest) {
                 return Ok(readings);

@@ -175,6 +175,11 @@ impl Report {
     }
 }
 
+/// A sign of life of a long benchmark; where nobody can see it, nothing is lost.
+pub(super) fn progress(text: &str) {
+    let _ = writeln!(stderr(), "    {text}");
+}
+
 fn header(to: &mut impl Write) -> io::Result<()> {
     let [quantity, reference, value, error, tolerance] =
         ["quantity", "reference", "value", "error", "tolerance"];
@@ -201,7 +206,14 @@ mod tests {
     use super::*;
 
     fn check(error: f64, tolerance: Option<f64>) -> Check {
-        Check { quantity: "spread".to_owned(), unit: "m", reference: 0.6, value: 0.6 + error, error, tolerance }
+        Check {
+            quantity: "spread".to_owned(),
+            unit: "m",
+            reference: 0.6,
+            value: 0.6 + error,
+            error,
+            tolerance,
+        }
     }
 
     #[test]

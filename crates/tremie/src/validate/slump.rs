@@ -1,5 +1,7 @@
 //! The cone of EN 12350-2 and -8, removed at once.
 
+use std::cell::Cell;
+
 use anyhow::anyhow;
 use rayon::prelude::*;
 use tremie_rheology::FlowCurve;
@@ -7,9 +9,13 @@ use tremie_simulation::Cells;
 
 use super::benchmark::{Check, Context, shown};
 use super::flow::{Flow, cell_at, centres};
+use super::report;
 
 /// Yield stress in Pa and plastic viscosity in Pa s of the mixes; the longest run first.
 const MIXES: [(f64, f64); 4] = [(20.0, 50.0), (50.0, 50.0), (50.0, 30.0), (100.0, 50.0)];
+
+/// Simulated time in s between two signs of life.
+const PROGRESS: f64 = 5.0;
 
 /// Spread and height at rest of four mixes.
 pub(super) fn slump_spread(context: &Context) -> anyhow::Result<Vec<Check>> {
@@ -27,10 +33,16 @@ fn spread(context: &Context, yield_stress: f64, plastic_viscosity: f64) -> anyho
         .iter()
         .find(|row| row["rho_kg_m3"] == density && row["tau0_Pa"] == yield_stress)
         .ok_or_else(|| anyhow!("reference.csv has no row for {density} kg/m3 and {yield_stress} Pa"))?;
-    let readings = Flow::new(case).until_rest()?;
+    let what = |quantity: &str| format!("{quantity}, {yield_stress} Pa, {plastic_viscosity} Pa s");
+    let next = Cell::new(0.0);
+    let readings = Flow::new(case).until_rest(|now| {
+        if now.time >= next.get() {
+            next.set(next.get() + PROGRESS);
+            report::progress(&format!("{}: {:.1} s", what("slump"), now.time));
+        }
+    })?;
     let spread = readings.spread.ok_or_else(|| anyhow!("the case has no spread gauge"))?;
     let axes = 0.5 * (spread.x + spread.y);
-    let what = |quantity: &str| format!("{quantity}, {yield_stress} Pa, {plastic_viscosity} Pa s");
     Ok(vec![
         context.relative("spread", what("spread"), "m", row["D_corr_m"], spread.mean)?,
         context.relative("height", what("height"), "m", row["h0_corr_m"], spread.height)?,

@@ -98,7 +98,8 @@ fn drift<T: Real>(case: &Case) -> anyhow::Result<Drift> {
     let mut last = start;
     for step in 1..=LONG {
         fluid.advance()?;
-        let mass = if step % (REPAID / 4) == 0 || step % REPAID == REPAID - 1 { fluid.mass() } else { continue };
+        let mass =
+            if step % (REPAID / 4) == 0 || step % REPAID == REPAID - 1 { fluid.mass() } else { continue };
         drift.largest = drift.largest.max((mass / start - 1.0).abs());
         if step % REPAID == REPAID - 1 {
             drift.accumulated += (mass - last) / start;
@@ -124,7 +125,8 @@ pub(super) fn advection(context: &Context) -> anyhow::Result<Vec<Check>> {
     let (mut difference, mut volume, mut off) = (0.0, 0.0, 0.0f64);
     for place in centres(&cells) {
         let exact = shape.fill(place, cells.size);
-        let (fill, moves) = cell_at(&cells, place).map_or((0.0, velocity), |n| (cells.fill[n], cells.velocity[n]));
+        let (fill, moves) =
+            cell_at(&cells, place).map_or((0.0, velocity), |n| (cells.fill[n], cells.velocity[n]));
         difference += (fill - exact).abs();
         volume += exact;
         if fill > 0.5 {
