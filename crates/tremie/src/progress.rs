@@ -46,7 +46,7 @@ impl Observer for Bar {
 
 impl Drop for Bar {
     fn drop(&mut self) {
-        self.bar.abandon();
+        self.bar.finish_and_clear();
     }
 }
 
