@@ -49,6 +49,9 @@ pub(crate) struct Moments<T> {
 /// Products of the velocities' components, in the order xx, yy, zz, xy, xz, yz.
 const AXES: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
 
+/// Where the component (a, b) of a symmetric tensor stands in that order.
+pub(crate) const COMPONENT: [[usize; 3]; 3] = [[0, 3, 4], [3, 1, 5], [4, 5, 2]];
+
 /// `a + sign b` with a sign known to the compiler.
 #[inline(always)]
 fn add_signed<T: Real>(a: T, sign: i32, b: T) -> T {

@@ -25,6 +25,7 @@ mod stream;
 mod surface;
 mod topology;
 mod view;
+mod wall;
 
 pub use plan::Plan;
 pub use real::Real;

@@ -20,6 +20,17 @@ use crate::real::{Real, larger};
 pub trait Relaxation<T>: Copy + Send + Sync {
     /// Relaxation rate omega in [0, 2) for the stress measure `q >= 0`.
     fn omega(&self, q: T) -> T;
+
+    /// Whether the viscosity depends on the stress at all.
+    fn is_newtonian(&self) -> bool;
+
+    /// Velocity >= 0 that a wall needs so that the half-cell at it shears by its own stress (module `wall`), where the cell
+    /// itself is rigid: `2 v` is the mean of s(tau) over the half-cell, in which tau grows from `t - growth` to
+    /// `t = traction - v/3` at the wall.
+    fn wall_velocity_rigid(&self, traction: T, growth: T) -> T;
+
+    /// The same where the cell has yielded and has the given fluidity: `4 v = s(t) - fluidity t`.
+    fn wall_velocity(&self, traction: T, fluidity: T) -> T;
 }
 
 /// Newtonian and Bingham fluids.
@@ -29,6 +40,10 @@ pub struct Bingham<T> {
     pub(crate) threshold: T,
     /// 1/(3 nu_p + 1/2).
     pub(crate) fastest: T,
+    /// Kinematic yield stress.
+    yield_stress: T,
+    /// Kinematic plastic viscosity.
+    plastic_viscosity: T,
 }
 
 impl<T: Real> Bingham<T> {
@@ -37,6 +52,8 @@ impl<T: Real> Bingham<T> {
         Self {
             threshold: T::from_f64(3.0 * yield_stress),
             fastest: T::from_f64(1.0 / (3.0 * plastic_viscosity + 0.5)),
+            yield_stress: T::from_f64(yield_stress),
+            plastic_viscosity: T::from_f64(plastic_viscosity),
         }
     }
 }
@@ -47,6 +64,28 @@ impl<T: Real> Relaxation<T> for Bingham<T> {
         // At q = 0 the quotient is 0 without a yield stress (omega as for any q) and huge with one (omega = 0).
         let flowing = T::ONE - self.threshold / larger(q, T::TINY);
         larger(flowing, T::ZERO) * self.fastest
+    }
+
+    #[inline(always)]
+    fn is_newtonian(&self) -> bool {
+        self.yield_stress == T::ZERO
+    }
+
+    #[inline(always)]
+    fn wall_velocity_rigid(&self, traction: T, growth: T) -> T {
+        // With x = t - tau_y the yielded share of the half-cell is x/growth, so 4 nu growth v = x^2, and v = 3 (X - x).
+        let excess = larger(traction - self.yield_stress, T::ZERO);
+        let b = T::from_f64(6.0) * self.plastic_viscosity * larger(growth, T::ZERO);
+        let x = (b * b + T::from_f64(2.0) * b * excess).sqrt() - b;
+        T::from_f64(3.0) * (excess - x)
+    }
+
+    #[inline(always)]
+    fn wall_velocity(&self, traction: T, fluidity: T) -> T {
+        let (four, third) = (T::from_f64(4.0), T::from_f64(1.0 / 3.0));
+        let share = fluidity * self.plastic_viscosity;
+        let excess = traction - self.yield_stress - share * traction;
+        larger(excess, T::ZERO) / (four * self.plastic_viscosity + third - third * share)
     }
 }
 
@@ -81,6 +120,34 @@ mod tests {
                 assert!((0.0..2.0).contains(&law.omega(q)));
             }
         }
+    }
+
+    #[test]
+    fn wall_velocity_solves_its_equation() {
+        let (yield_stress, viscosity) = (2e-5, 0.08);
+        let law = Bingham::<f64>::new(yield_stress, viscosity);
+        for fluidity in [0.0, 0.3, 4.0] {
+            for traction in [1e-5, 2.5e-5, 6e-5, 2e-4] {
+                let v = law.wall_velocity(traction, fluidity);
+                let t = traction - v / 3.0;
+                let s = ((t - yield_stress) / viscosity).max(0.0);
+                let left = (s - fluidity * t).max(0.0);
+                assert!((4.0 * v - left).abs() < 1e-12, "{fluidity} {traction}: {v}");
+            }
+        }
+        for growth in [1e-6, 1e-5, 5e-5] {
+            for traction in [1e-5, 2.5e-5, 6e-5] {
+                let v = law.wall_velocity_rigid(traction, growth);
+                let x = (traction - v / 3.0 - yield_stress).max(0.0);
+                assert!(
+                    (2.0 * v - x * x / (2.0 * viscosity * growth)).abs() < 1e-12,
+                    "{growth} {traction}: {v}"
+                );
+            }
+        }
+        // A Newtonian wall does not slip, whatever the traction.
+        let newtonian = Bingham::<f64>::new(0.0, viscosity);
+        assert!(newtonian.wall_velocity(1e-3, 1.0 / viscosity) < 1e-18);
     }
 
     #[test]

@@ -3,6 +3,11 @@
 //! Most rows of a body of fluid touch only liquid ("bulk"): they need nothing but populations. All others ("surface")
 //! touch air, walls or interface, or hold interface themselves; for these the kinds of the cells around are kept as
 //! bits, one byte for each velocity.
+//!
+//! An interface cell with no air beside it holds a void that fluid has closed over, as a front does that rolls on
+//! over a floor without slip. Left to itself it would exchange as much as any liquid cell and stay hollow for ever: a film of
+//! a tenth of a slump's volume. The void is air too, at the pressure of air; so towards other interface cells such a cell
+//! sees air, and the fluid around presses into it until it is full.
 
 use rayon::prelude::*;
 
@@ -10,6 +15,7 @@ use crate::grid::{Grid, Kinds};
 use crate::lattice::{C, Q};
 use crate::real::Real;
 use crate::topology::{Links, Neighbour, ROWS};
+use crate::wall;
 
 /// The nine rows around a row (and the row itself), dy fastest.
 pub(crate) type Beside = [Neighbour; 9];
@@ -43,17 +49,20 @@ pub(crate) struct SurfaceRow {
     pub(crate) beside: Beside,
     /// Solid at -c, for cells that hold fluid.
     pub(crate) solid: [u8; Q],
-    /// Air at -c, for interface cells.
-    pub(crate) air: [u8; Q],
+    /// Nothing that could send a population from -c, for interface cells: air, or, where no air is beside, interface.
+    pub(crate) missing: [u8; Q],
     /// Liquid at -c, for interface cells.
     pub(crate) liquid: [u8; Q],
     /// Interface at -c, for interface cells.
     pub(crate) interface: [u8; Q],
-    /// Interface cells with air, and with liquid, anywhere around.
+    /// Interface cells with air, with liquid, and with interface anywhere around.
     pub(crate) any_air: u8,
     pub(crate) any_liquid: u8,
+    pub(crate) any_interface: u8,
     /// Cells with a wall anywhere around.
     pub(crate) any_solid: u8,
+    /// Cells at a flat wall, for each face.
+    pub(crate) flat: [u8; 6],
 }
 
 impl Links {
@@ -103,24 +112,32 @@ impl Rows {
                 kinds,
                 beside: links.beside(row),
                 solid: [0; Q],
-                air: [0; Q],
+                missing: [0; Q],
                 liquid: [0; Q],
                 interface: [0; Q],
                 any_air: 0,
                 any_liquid: 0,
+                any_interface: 0,
                 any_solid: 0,
+                flat: [0; 6],
             };
             let mut wet_around = 0xff;
             for i in 1..Q {
                 let there = kinds_at(all, links, &found.beside, C[i]);
                 wet_around &= there.wet();
                 found.solid[i] = there.solid & wet;
-                found.air[i] = there.air() & kinds.interface;
+                found.missing[i] = there.air() & kinds.interface;
                 found.liquid[i] = there.liquid & kinds.interface;
                 found.interface[i] = there.interface & kinds.interface;
                 found.any_solid |= found.solid[i];
-                found.any_air |= found.air[i];
+                found.any_air |= found.missing[i];
+                found.any_interface |= found.interface[i];
                 found.any_liquid |= found.liquid[i];
+            }
+            found.flat = wall::flat(&found.solid);
+            let trapped = kinds.interface & !found.any_air;
+            for i in 1..Q {
+                found.missing[i] |= found.interface[i] & trapped;
             }
             if kinds.liquid & wet_around == 0xff {
                 self.bulk.push(BulkRow { row: row as u8, beside: found.beside });

@@ -18,13 +18,14 @@
 
 use rayon::prelude::*;
 
-use crate::collision::{Moments, collide, moments};
+use crate::collision::{COMPONENT, Moments, collide, moments};
 use crate::grid::{FILL, Field, Grid, Kinds, STRIDE};
 use crate::lattice::{C, MIRROR, Q, W, each_pair, opposite};
 use crate::real::{Real, larger, smaller};
 use crate::relaxation::Relaxation;
 use crate::rows::{Beside, BulkRow, Rows, SurfaceRow, upstream};
 use crate::topology::{CELLS, EDGE, Links, ROWS, Topology};
+use crate::wall::{FACES, SLANTED, tangents};
 
 /// Lanes of a row.
 const LANES: usize = EDGE;
@@ -36,7 +37,8 @@ const BATCH: usize = BATCH_ROWS * LANES;
 /// Fill above which an interface cell becomes liquid, and below which it becomes air.
 const FULL: f64 = 1.01;
 const EMPTY: f64 = -0.01;
-/// The same for cells that have no air, or no liquid, beside them.
+/// The same for cells that have no air, or no liquid, beside them. (One with neither air nor interface, a bubble of one
+/// cell, closes at any fill.)
 const FULL_INSIDE: f64 = 0.9;
 const EMPTY_OUTSIDE: f64 = 0.1;
 
@@ -253,7 +255,7 @@ impl<'a, T: Real> Source<'a, T> {
         }
         each_pair!(P, {
             let (a, b) = (2 * P + 1, 2 * P + 2);
-            let (from_a, from_b) = (around.air[a], around.air[b]);
+            let (from_a, from_b) = (around.missing[a], around.missing[b]);
             if from_a | from_b != 0 {
                 let c = const { C[2 * P + 1] };
                 for k in 0..LANES {
@@ -291,6 +293,60 @@ impl<'a, T: Real> Source<'a, T> {
         }
     }
 
+    /// Lets the half-cells at flat walls yield by their own stress (module `wall`).
+    #[inline(always)]
+    fn yield_at_walls<R: Relaxation<T>>(
+        &self,
+        around: &SurfaceRow,
+        physics: &Physics<T, R>,
+        batch: &mut Batch<T>,
+        at: usize,
+    ) {
+        let (own, first) = (self.own, (usize::from(around.row) & (ROWS - 1)) * LANES);
+        let (third, two) = (T::from_f64(1.0 / 3.0), T::from_f64(2.0));
+        for face in 0..FACES.len() {
+            let cells = around.flat[face];
+            if cells == 0 {
+                continue;
+            }
+            let (axis, normal) = FACES[face];
+            let normal = T::from_f64(f64::from(normal));
+            let slanted = SLANTED[face];
+            let shear = tangents(axis).map(|t| COMPONENT[axis][t]);
+            for k in 0..LANES {
+                let f: [T; Q] = std::array::from_fn(|i| batch.f[i][at + k]);
+                let m = moments(&f, batch.mass[at + k], physics.gravity);
+                // Momentum that the wall takes, along the two tangents; and the stress of the cell on the same plane.
+                let traction = slanted
+                    .map(|[a, b]| f[b] + own[opposite(b)][first + k] - f[a] - own[opposite(a)][first + k]);
+                let stress = shear.map(|n| -normal * m.stress[n]);
+                let size = (traction[0] * traction[0] + traction[1] * traction[1]).sqrt();
+                let direction = traction.map(|t| t / larger(size, T::TINY));
+                let rest = {
+                    let all = m.q * m.density * T::from_f64(2.0 / 3.0);
+                    all * all - T::from_f64(4.0) * (stress[0] * stress[0] + stress[1] * stress[1])
+                };
+                let along = direction[0] * stress[0] + direction[1] * stress[1];
+                let rigid = physics.law.wall_velocity_rigid(size, size - along);
+                let mut v = rigid;
+                for _ in 0..3 {
+                    let left = [0, 1].map(|n| stress[n] - third * v * direction[n]);
+                    let square = rest + T::from_f64(4.0) * (left[0] * left[0] + left[1] * left[1]);
+                    let q = T::from_f64(1.5) / m.density * larger(square, T::ZERO).sqrt();
+                    let omega = physics.law.omega(q);
+                    let fluidity = T::from_f64(6.0) * omega / (two - omega);
+                    v = if omega > T::ZERO { physics.law.wall_velocity(size, fluidity) } else { rigid };
+                }
+                for n in 0..2 {
+                    let push = choose(cells, k, T::from_f64(1.0 / 6.0) * v * direction[n], T::ZERO);
+                    let [a, b] = slanted[n];
+                    batch.f[a][at + k] += push;
+                    batch.f[b][at + k] -= push;
+                }
+            }
+        }
+    }
+
     /// Momentum from moving walls: `6 w rho c.u` with rho = 1 (Ladd 1994).
     #[inline(never)]
     fn drag(&self, first: usize, i: usize, solid: u8, f: &mut [T]) {
@@ -312,10 +368,10 @@ impl<'a, T: Real> Source<'a, T> {
 
     /// Fills a batch with surface rows, ready to collide.
     #[inline(always)]
-    fn load_surface(
+    fn load_surface<R: Relaxation<T>>(
         &self,
         rows: &[SurfaceRow],
-        gravity: [T; 3],
+        physics: &Physics<T, R>,
         batch: &mut Batch<T>,
         mass: &mut [f64; CELLS],
     ) {
@@ -327,8 +383,8 @@ impl<'a, T: Real> Source<'a, T> {
             let at = n * LANES;
             if row.kinds.interface != 0 {
                 self.exchange(row, batch, at, mass);
-                if row.any_air != 0 {
-                    self.meet_air(row, gravity, &mut batch.f, at);
+                if row.any_air | row.any_interface != 0 {
+                    self.meet_air(row, physics.gravity, &mut batch.f, at);
                 }
             }
             if row.any_solid != 0 {
@@ -346,6 +402,9 @@ impl<'a, T: Real> Source<'a, T> {
             for k in 0..LANES {
                 let held = T::from_f64(mass[first + k]);
                 batch.mass[at + k] = choose(row.kinds.interface, k, held, T::INFINITY);
+            }
+            if row.any_solid != 0 && !physics.law.is_newtonian() {
+                self.yield_at_walls(row, physics, batch, at);
             }
         }
     }
@@ -401,7 +460,8 @@ fn judge<T: Real>(
     let below = |limit: f64| (0..LANES).fold(0, |bits, k| bits | u8::from(fill[k] < limit) << k);
     let above = |limit: f64| (0..LANES).fold(0, |bits, k| bits | u8::from(fill[k] > limit) << k);
     let interface = around.kinds.interface;
-    let full = (above(FULL) | above(FULL_INSIDE) & !around.any_air) & interface;
+    let closed = !(around.any_air | around.any_interface);
+    let full = (above(FULL) | above(FULL_INSIDE) & !around.any_air | closed) & interface;
     let empty = (below(EMPTY) | below(EMPTY_OUTSIDE) & !around.any_liquid) & interface;
     findings.full[row] = full;
     findings.empty[row] = empty;
@@ -427,7 +487,7 @@ fn step_block<T: Real, R: Relaxation<T>>(
         }
     }
     for rows in rows.surface.chunks(BATCH_ROWS) {
-        source.load_surface(rows, physics.gravity, &mut batch, mass);
+        source.load_surface(rows, physics, &mut batch, mass);
         collide_batch(physics, &mut batch);
         for (n, row) in rows.iter().enumerate() {
             store(&batch, n * LANES, row.row, back, findings);
@@ -497,11 +557,11 @@ impl<T: Real> Grid<T> {
     }
 
     /// The moments of every wet cell of a block, as the next collision will see them.
-    pub(crate) fn moments(
+    pub(crate) fn moments<R: Relaxation<T>>(
         &self,
         slot: usize,
         rows: &Rows,
-        gravity: [T; 3],
+        physics: &Physics<T, R>,
         mut see: impl FnMut(usize, &Moments<T>),
     ) {
         let Self { topology, links, front, .. } = self;
@@ -511,7 +571,7 @@ impl<T: Real> Grid<T> {
         let mut show = |batch: &Batch<T>, n: usize, row: u8, kinds: Kinds| {
             for k in (0..LANES).filter(|k| kinds.wet() >> k & 1 == 1) {
                 let f: [T; Q] = std::array::from_fn(|i| batch.f[i][n * LANES + k]);
-                see(usize::from(row) * LANES + k, &moments(&f, batch.mass[n * LANES + k], gravity));
+                see(usize::from(row) * LANES + k, &moments(&f, batch.mass[n * LANES + k], physics.gravity));
             }
         };
         for rows in rows.bulk.chunks(BATCH_ROWS) {
@@ -521,7 +581,7 @@ impl<T: Real> Grid<T> {
             }
         }
         for rows in rows.surface.chunks(BATCH_ROWS) {
-            source.load_surface(rows, gravity, &mut batch, &mut mass);
+            source.load_surface(rows, physics, &mut batch, &mut mass);
             for (n, row) in rows.iter().enumerate() {
                 show(&batch, n, row.row, row.kinds);
             }

@@ -43,7 +43,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         let velocity_unit = self.scaling.velocity_unit();
         let rate_unit = 1.0 / self.scaling.time_step;
         let links = &self.grid.links[slot];
-        self.grid.moments(slot, &self.rows[slot], self.physics.gravity, |cell, m| {
+        self.grid.moments(slot, &self.rows[slot], &self.physics, |cell, m| {
             let at = links.coordinates(cell);
             let n = cells.index(at[0] - low[0], at[1] - low[1], at[2] - low[2]);
             let interface = self.grid.kinds[slot][cell / EDGE].interface >> (cell % EDGE) & 1 == 1;

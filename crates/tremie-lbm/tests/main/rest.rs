@@ -66,3 +66,59 @@ fn a_channel_carries_its_parabola() {
         assert!((cells.stress[n] - rate).abs() < 1e-6 * wall);
     }
 }
+
+/// A film of Bingham fluid on an incline, `cells` thick, pulled along x by `load` times its yield stress at the floor.
+fn film(cells: f64, load: f64) -> String {
+    let (size, density, yield_stress) = (0.005, 2300.0, 50.0);
+    let height = cells * size;
+    let pull = load * yield_stress / (density * height);
+    format!(
+        "[material]\ndensity = \"{density} kg/m3\"\n\
+         [material.bingham]\nyield_stress = \"{yield_stress} Pa\"\nplastic_viscosity = \"30 Pa s\"\n\
+         [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"20 mm\", \"20 mm\", \"40 mm\"]\n\
+         gravity = [\"{pull} m/s2\", \"0 m/s2\", \"-9.81 m/s2\"]\n\
+         [domain.sides]\nx_min = \"periodic\"\nx_max = \"periodic\"\ny_min = \"periodic\"\ny_max = \"periodic\"\n\
+         [[fluid]]\nbox = {{ min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"20 mm\", \"20 mm\", \"{height} m\"] }}\n\
+         [lbm]\ncell_size = \"{size} m\"\nprecision = \"f64\"\ntime_step = \"0.2 ms\"\n"
+    )
+}
+
+#[test]
+fn a_film_of_a_cell_or_two_yields_where_it_should() {
+    for thickness in [1.3, 2.7, 4.5] {
+        // Just above the yield stress only a thin layer at the floor shears; the rest slides on it as a plug, with
+        // u = rho g h_y^2 / (2 mu), h_y = h (1 - 1/load) its thickness.
+        let load = 1.1;
+        let sheared = thickness * 0.005 * (1.0 - 1.0 / load);
+        let exact = load * 50.0 / (thickness * 0.005) * sheared * sheared / (2.0 * 30.0);
+        let flowing = cells(&*advanced(&case(&film(thickness, load)), 6000));
+        let speed = flowing.velocity.iter().map(|u| u.x).fold(0.0, f64::max);
+        assert!((speed / exact - 1.0).abs() < 0.01, "{thickness} cells: {speed} against {exact}");
+        let resting = cells(&*advanced(&case(&film(thickness, 0.95)), 6000));
+        let speed = resting.velocity.iter().map(|u| u.x).fold(0.0, f64::max);
+        assert!(speed < 0.5 * exact, "{thickness} cells: {speed} against {exact}");
+    }
+}
+
+#[test]
+fn a_front_leaves_no_void_behind() {
+    // A block that collapses over a floor without slip: the front rolls over the floor, and must fill it.
+    let text = "[material]\ndensity = \"2300 kg/m3\"\n\
+         [material.bingham]\nyield_stress = \"50 Pa\"\nplastic_viscosity = \"30 Pa s\"\n\
+         [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"0.6 m\", \"10 mm\", \"0.22 m\"]\n\
+         [domain.sides]\nx_min = \"symmetry\"\ny_min = \"periodic\"\ny_max = \"periodic\"\n\
+         [[fluid]]\nbox = { min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"0.2 m\", \"10 mm\", \"0.2 m\"] }\n\
+         [lbm]\ncell_size = \"10 mm\"\n";
+    let cells = cells(&*advanced(&case(text), 6000));
+    assert!(cells.count[0] > 50, "the block has spread");
+    let mut hidden = 0.0;
+    for i in 0..cells.count[0] {
+        for k in 0..cells.count[2] - 1 {
+            if cells.fill[cells.index(i, 0, k + 1)] == 1.0 {
+                hidden += 1.0 - cells.fill[cells.index(i, 0, k)];
+            }
+        }
+    }
+    let volume: f64 = cells.fill.iter().sum();
+    assert!(hidden < 0.01 * volume, "{hidden} of {volume}");
+}
