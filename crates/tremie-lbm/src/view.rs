@@ -8,7 +8,6 @@ use tremie_numerics::DVec3;
 use tremie_simulation::{Cells, Fluid, Simulation, Snapshot};
 
 use crate::real::Real;
-use crate::relaxation::Relaxation;
 use crate::simulation::LatticeBoltzmann;
 use crate::topology::EDGE;
 
@@ -56,7 +55,7 @@ impl<T: Real> LatticeBoltzmann<T> {
             cells.velocity[n] = DVec3::from(m.velocity.map(|u| u.to_f64() * velocity_unit));
             // omega = s/q, and q = 3 sigma + s/2.
             let q = m.q.to_f64();
-            let rate = self.physics.law.omega(m.q).to_f64() * q;
+            let rate = m.omega(&self.physics.law).to_f64() * q;
             cells.shear_rate[n] = rate * rate_unit;
             cells.stress[n] = (q - 0.5 * rate) / 3.0 * pressure_unit;
         });
