@@ -94,11 +94,16 @@ fn a_film_of_a_cell_or_two_yields_where_it_should() {
         let flowing = cells(&*advanced(&case(&film(thickness, load)), 6000));
         let speed = flowing.velocity.iter().map(|u| u.x).fold(0.0, f64::max);
         assert!((speed / exact - 1.0).abs() < 0.01, "{thickness} cells: {speed} against {exact}");
-        let resting = cells(&*advanced(&case(&film(thickness, 0.95)), 6000));
-        // Single cells of a rigid film still ring a little; as a whole it stands.
-        let moved: f64 = resting.velocity.iter().zip(&resting.fill).map(|(u, fill)| u.x * fill).sum();
-        let speed = moved / resting.fill.iter().sum::<f64>();
-        assert!(speed.abs() < 0.3 * exact, "{thickness} cells: {speed} against {exact}");
+        // Just below it stands: single cells of a rigid film still ring a little, but nothing is carried along.
+        let mut resting = advanced(&case(&film(thickness, 0.95)), 6000);
+        let mut carried = 0.0;
+        for _ in 0..40 {
+            advance(&mut *resting, 25);
+            let seen = cells(&*resting);
+            let momentum: f64 = seen.velocity.iter().zip(&seen.fill).map(|(u, fill)| u.x * fill).sum();
+            carried += momentum / seen.fill.iter().sum::<f64>() / 40.0;
+        }
+        assert!(carried.abs() < 0.2 * exact, "{thickness} cells: {carried} against {exact}");
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Each benchmark is a folder of `validation/`, built into the program, and a function in `scales`, `channel`, `surface`,
 //! `slump` or `invariance`; `benchmark` is what they share, `flow` how they drive a simulation, `report` what is shown.
-//! A new one is a folder, a function, and a line in [`BENCHMARKS`].
+//! A new one is a folder, a function, and a line in `BENCHMARKS`.
 //!
 //! The references know nothing of the solver, and tolerances are fixed in the folders before the run.
 
