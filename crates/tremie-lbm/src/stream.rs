@@ -25,7 +25,7 @@ use crate::real::{Real, larger, smaller};
 use crate::relaxation::Relaxation;
 use crate::rows::{Beside, BulkRow, Rows, SurfaceRow, upstream};
 use crate::topology::{CELLS, EDGE, Links, ROWS, Topology};
-use crate::wall::{FACES, SLANTED, tangents};
+use crate::wall::{FACES, SLANTED, tangents, wall_velocity};
 
 /// Lanes of a row.
 const LANES: usize = EDGE;
@@ -294,55 +294,48 @@ impl<'a, T: Real> Source<'a, T> {
     }
 
     /// Lets the half-cells at flat walls yield by their own stress (module `wall`).
+    ///
+    /// All lanes of the batch are worked on, whether they are at the wall or not: that is one vector loop.
     #[inline(always)]
     fn yield_at_walls<R: Relaxation<T>>(
         &self,
-        around: &SurfaceRow,
+        rows: &[SurfaceRow],
         physics: &Physics<T, R>,
         batch: &mut Batch<T>,
-        at: usize,
     ) {
-        let (own, first) = (self.own, (usize::from(around.row) & (ROWS - 1)) * LANES);
-        let (third, two) = (T::from_f64(1.0 / 3.0), T::from_f64(2.0));
         for face in 0..FACES.len() {
-            let cells = around.flat[face];
-            if cells == 0 {
+            if rows.iter().all(|row| row.flat[face] == 0) {
                 continue;
             }
             let (axis, normal) = FACES[face];
-            let normal = T::from_f64(f64::from(normal));
-            let slanted = SLANTED[face];
+            let [[a, b], [c, d]] = SLANTED[face];
+            let mut sent = [[T::ZERO; BATCH]; 4];
+            let mut weight = [T::ZERO; BATCH];
+            for (n, row) in rows.iter().enumerate() {
+                let (at, first) = (n * LANES, (usize::from(row.row) & (ROWS - 1)) * LANES);
+                for (sent, i) in sent.iter_mut().zip([a, b, c, d]) {
+                    sent[at..at + LANES].copy_from_slice(&self.own[opposite(i)][first..first + LANES]);
+                }
+                for k in 0..LANES {
+                    weight[at + k] = choose(row.flat[face], k, T::from_f64(1.0 / 6.0), T::ZERO);
+                }
+            }
             let shear = tangents(axis).map(|t| COMPONENT[axis][t]);
-            for k in 0..LANES {
-                let f: [T; Q] = std::array::from_fn(|i| batch.f[i][at + k]);
-                let m = moments(&f, batch.mass[at + k], physics.gravity);
-                // Momentum that the wall takes, along the two tangents; and the stress of the cell on the same plane.
-                let traction = slanted
-                    .map(|[a, b]| f[b] + own[opposite(b)][first + k] - f[a] - own[opposite(a)][first + k]);
+            let normal = T::from_f64(f64::from(normal));
+            for k in 0..BATCH {
+                let f: [T; Q] = std::array::from_fn(|i| batch.f[i][k]);
+                let m = moments(&f, batch.mass[k], physics.gravity);
                 let stress = shear.map(|n| -normal * m.stress[n]);
-                let size = (traction[0] * traction[0] + traction[1] * traction[1]).sqrt();
-                let direction = traction.map(|t| t / larger(size, T::TINY));
-                let rest = {
-                    let all = m.q * m.density * T::from_f64(2.0 / 3.0);
-                    all * all - T::from_f64(4.0) * (stress[0] * stress[0] + stress[1] * stress[1])
-                };
-                let along = direction[0] * stress[0] + direction[1] * stress[1];
-                let rigid = physics.law.wall_velocity_rigid(size, size - along);
-                let mut v = rigid;
-                for _ in 0..3 {
-                    let left = [0, 1].map(|n| stress[n] - third * v * direction[n]);
-                    let square = rest + T::from_f64(4.0) * (left[0] * left[0] + left[1] * left[1]);
-                    let q = T::from_f64(1.5) / m.density * larger(square, T::ZERO).sqrt();
-                    let omega = physics.law.omega(q);
-                    let fluidity = T::from_f64(6.0) * omega / (two - omega);
-                    v = if omega > T::ZERO { physics.law.wall_velocity(size, fluidity) } else { rigid };
-                }
-                for n in 0..2 {
-                    let push = choose(cells, k, T::from_f64(1.0 / 6.0) * v * direction[n], T::ZERO);
-                    let [a, b] = slanted[n];
-                    batch.f[a][at + k] += push;
-                    batch.f[b][at + k] -= push;
-                }
+                // Momentum that the wall takes along the two tangents.
+                let traction = [
+                    batch.f[b][k] + sent[1][k] - batch.f[a][k] - sent[0][k],
+                    batch.f[d][k] + sent[3][k] - batch.f[c][k] - sent[2][k],
+                ];
+                let push = wall_velocity(&m, stress, traction, &physics.law).map(|v| weight[k] * v);
+                batch.f[a][k] += push[0];
+                batch.f[b][k] -= push[0];
+                batch.f[c][k] += push[1];
+                batch.f[d][k] -= push[1];
             }
         }
     }
@@ -403,9 +396,9 @@ impl<'a, T: Real> Source<'a, T> {
                 let held = T::from_f64(mass[first + k]);
                 batch.mass[at + k] = choose(row.kinds.interface, k, held, T::INFINITY);
             }
-            if row.any_solid != 0 && !physics.law.is_newtonian() {
-                self.yield_at_walls(row, physics, batch, at);
-            }
+        }
+        if !physics.law.is_newtonian() {
+            self.yield_at_walls(rows, physics, batch);
         }
     }
 }

@@ -21,7 +21,10 @@
 //! The traction is the momentum that the wall takes in this step, the stress is that of the coming collision: both are
 //! local. Only cells at flat walls are treated; those in edges and corners keep plain bounce-back.
 
+use crate::collision::Moments;
 use crate::lattice::{C, Q};
+use crate::real::{Real, larger};
+use crate::relaxation::Relaxation;
 
 /// The six faces of a cell as (axis, sign of the normal that points from the wall into the fluid).
 pub(crate) const FACES: [(usize, i32); 6] = [(0, 1), (0, -1), (1, 1), (1, -1), (2, 1), (2, -1)];
@@ -60,6 +63,37 @@ pub(crate) fn flat(solid: &[u8; Q]) -> [u8; 6] {
     FACES.map(|(axis, normal)| {
         (1..Q).fold(0xff, |cells, i| cells & if C[i][axis] == normal { solid[i] } else { !solid[i] })
     })
+}
+
+/// Velocity along the two tangents that the wall needs, given the cell's moments, its stress on the plane of the wall, and
+/// the traction, both taken with the wall at rest.
+#[inline(always)]
+pub(crate) fn wall_velocity<T: Real, R: Relaxation<T>>(
+    m: &Moments<T>,
+    stress: [T; 2],
+    traction: [T; 2],
+    law: &R,
+) -> [T; 2] {
+    let (third, four) = (T::from_f64(1.0 / 3.0), T::from_f64(4.0));
+    let size = (traction[0] * traction[0] + traction[1] * traction[1]).sqrt();
+    let direction = traction.map(|t| t / larger(size, T::TINY));
+    let along = direction[0] * stress[0] + direction[1] * stress[1];
+    // What of 2 P:P the wall velocity leaves alone.
+    let all = m.q * m.density * T::from_f64(2.0 / 3.0);
+    let rest = all * all - four * (stress[0] * stress[0] + stress[1] * stress[1]);
+    let rigid = law.wall_velocity_rigid(size, size - along);
+    let mut v = rigid;
+    // The cell's fluidity depends on v; each turn takes it from the last v.
+    for _ in 0..3 {
+        let left = [0, 1].map(|n| stress[n] - third * v * direction[n]);
+        let square = rest + four * (left[0] * left[0] + left[1] * left[1]);
+        let q = T::from_f64(1.5) / m.density * larger(square, T::ZERO).sqrt();
+        let omega = law.omega(q);
+        let fluidity = T::from_f64(6.0) * omega / (T::from_f64(2.0) - omega);
+        let yielded = law.wall_velocity(size, fluidity);
+        v = if omega > T::ZERO { yielded } else { rigid };
+    }
+    direction.map(|d| v * d)
 }
 
 #[cfg(test)]
