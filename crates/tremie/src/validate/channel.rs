@@ -17,8 +17,8 @@ use super::flow::{Flow, lattice};
 const STEADY: f64 = 1e-9;
 const NEARLY_STEADY: f64 = 1e-7;
 
-/// Share of the shear rate at the wall below which a cell belongs to the plug.
-const PLUG: f64 = 1e-3;
+/// Share of the shear rate at the wall up to which a cell belongs to the plug: a plug does not shear at all.
+const PLUG: f64 = 0.0;
 
 /// Cells across.
 const CELLS: [usize; 3] = [16, 32, 64];
@@ -170,7 +170,7 @@ pub(super) fn channel_bingham(context: &Context) -> anyhow::Result<Vec<Check>> {
             });
             errors.push(error);
             let wall_rate = case.material.curve.shear_rate(exact.wall_stress);
-            let plug = || column.iter().filter(|level| level.rate < PLUG * wall_rate);
+            let plug = || column.iter().filter(|level| level.rate <= PLUG * wall_rate);
             let name = format!("plug width, plug {phi}, {cells} cells");
             checks.push(context.absolute(
                 "plug width",
