@@ -51,8 +51,8 @@ impl Kinds {
     }
 }
 
-/// Post-collision populations of a block, less their weights, by velocity and cell; and as the last array ([`FILL`]) mass
-/// over density of its interface cells.
+/// Post-collision populations of a block, less their weights, by velocity and cell; and as the last array ([`FILL`]) the fill:
+/// mass over density of interface cells, 1 in liquid, 0 in air.
 pub(crate) type Field<T> = [[T; STRIDE]; Q + 1];
 
 /// Length of one array of a [`Field`]: a little more than its cells, so that the arrays do not all start at multiples of
@@ -61,6 +61,15 @@ pub(crate) const STRIDE: usize = CELLS + 16;
 
 /// Where a [`Field`] keeps the fill.
 pub(crate) const FILL: usize = Q;
+
+/// The surface in the interface cells of a block (module `plane`): their velocity and the wet shares of their six
+/// faces. The first array stays empty, because a shifted row is read from one value before it.
+pub(crate) type Shape<T> = [[T; STRIDE]; SHAPES];
+
+/// Arrays of a [`Shape`], and where it keeps the velocity and the wet shares (in the order of the velocities 1 to 6).
+pub(crate) const SHAPES: usize = 10;
+pub(crate) const VELOCITY: usize = 1;
+pub(crate) const SHARE: usize = 4;
 
 /// All blocks.
 pub(crate) struct Grid<T: Real> {
@@ -80,6 +89,8 @@ pub(crate) struct Grid<T: Real> {
     pub(crate) front: Vec<Box<Field<T>>>,
     /// Populations to write.
     pub(crate) back: Vec<Box<Field<T>>>,
+    /// Shape of the surface as the next step sees it.
+    pub(crate) shape: Vec<Box<Shape<T>>>,
     /// Mass of interface cells.
     pub(crate) mass: Vec<Box<[f64; CELLS]>>,
     /// Blocks whose surroundings changed since their rows were last sorted into bulk and surface.
@@ -100,6 +111,7 @@ impl<T: Real> Grid<T> {
             kinds: Vec::new(),
             front: Vec::new(),
             back: Vec::new(),
+            shape: Vec::new(),
             mass: Vec::new(),
             stale: Vec::new(),
             wet: 0,
@@ -119,6 +131,7 @@ impl<T: Real> Grid<T> {
         self.kinds.push([Kinds::default(); ROWS]);
         self.front.push(bytemuck::allocation::zeroed_box());
         self.back.push(bytemuck::allocation::zeroed_box());
+        self.shape.push(bytemuck::allocation::zeroed_box());
         self.mass.push(bytemuck::allocation::zeroed_box());
         self.stale.push(false);
         (self.used.len() - 1) as u32
@@ -261,6 +274,7 @@ impl<T: Real> Grid<T> {
         for (n, &slot) in slots.iter().enumerate() {
             let field = &fields[n * per_block..][..per_block];
             bytemuck::cast_slice_mut(&mut *self.front[slot]).copy_from_slice(field);
+            self.back[slot][FILL] = self.front[slot][FILL];
             self.mass[slot].copy_from_slice(&mass[n * CELLS..][..CELLS]);
             bytemuck::cast_slice_mut(&mut self.kinds[slot])
                 .copy_from_slice(&kinds[n * per_kinds..][..per_kinds]);
@@ -278,6 +292,7 @@ impl<T: Real> Grid<T> {
     /// Memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let block = 2 * size_of::<Field<T>>()
+            + size_of::<Shape<T>>()
             + size_of::<[f64; CELLS]>()
             + size_of::<[Kinds; ROWS]>()
             + size_of::<Links>();

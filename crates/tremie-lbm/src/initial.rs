@@ -22,6 +22,9 @@ impl<T: Real> Grid<T> {
         for &slot in &slots {
             self.classify(slot);
         }
+        for &slot in &slots {
+            self.back[slot][FILL] = self.front[slot][FILL];
+        }
         self.count_wet();
         let gravity = (case.domain.gravity.to_array()).map(|g| scaling.acceleration(g));
         let depth = self.depths(case);

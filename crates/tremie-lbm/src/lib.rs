@@ -14,16 +14,20 @@
 mod collision;
 mod grid;
 mod initial;
+mod lanes;
 mod lattice;
 mod plan;
+mod plane;
 mod real;
 mod relaxation;
 mod rows;
 mod scaling;
 mod simulation;
+mod source;
 mod stream;
 mod surface;
 mod topology;
+mod transport;
 mod view;
 mod wall;
 

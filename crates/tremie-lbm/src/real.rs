@@ -42,6 +42,8 @@ pub trait Real:
     fn to_f64(self) -> f64;
     /// Square root.
     fn sqrt(self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
     /// As an array of a checkpoint.
     fn into_array(values: Vec<Self>) -> Array;
     /// From an array of a checkpoint; `None` if that has another type.
@@ -67,6 +69,10 @@ macro_rules! real {
             #[inline(always)]
             fn sqrt(self) -> Self {
                 self.sqrt()
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                self.abs()
             }
             fn into_array(values: Vec<Self>) -> Array {
                 Array::$array(values)

@@ -55,6 +55,8 @@ pub(crate) struct SurfaceRow {
     pub(crate) liquid: [u8; Q],
     /// Interface at -c, for interface cells.
     pub(crate) interface: [u8; Q],
+    /// Interface at -c, other than a cell's own mirror image, for interface cells and the velocities 1 to 6.
+    pub(crate) faces: [u8; 6],
     /// Interface cells with air, with liquid, and with interface anywhere around.
     pub(crate) any_air: u8,
     pub(crate) any_liquid: u8,
@@ -96,6 +98,16 @@ fn kinds_at(all: &[[Kinds; ROWS]], links: &Links, beside: &Beside, c: [i32; 3]) 
     }
 }
 
+/// Cells of a row whose neighbour at -c is their own mirror image.
+fn own_images(links: &Links, beside: &Beside, c: [i32; 3]) -> u8 {
+    match c[0] {
+        0 if beside[upstream(c)].flip != 0 => 0xff,
+        1 if links.before().flip != 0 => 1,
+        -1 if links.after().flip != 0 => 1 << links.last,
+        _ => 0,
+    }
+}
+
 impl Rows {
     /// Sorts the rows of one block.
     fn sort(&mut self, all: &[[Kinds; ROWS]], links: &Links, slot: usize) {
@@ -115,6 +127,7 @@ impl Rows {
                 missing: [0; Q],
                 liquid: [0; Q],
                 interface: [0; Q],
+                faces: [0; 6],
                 any_air: 0,
                 any_liquid: 0,
                 any_interface: 0,
@@ -133,6 +146,9 @@ impl Rows {
                 found.any_air |= found.missing[i];
                 found.any_interface |= found.interface[i];
                 found.any_liquid |= found.liquid[i];
+            }
+            for i in 1..=6 {
+                found.faces[i - 1] = found.interface[i] & !own_images(links, &found.beside, C[i]);
             }
             found.flat = wall::flat(&found.solid);
             let trapped = kinds.interface & !found.any_air;

@@ -5,7 +5,7 @@ use tremie_case::{Case, Precision, Side};
 use tremie_output::state::{Array, State};
 use tremie_simulation::{Breakdown, Load, RestoreError, Simulation, Snapshot};
 
-use crate::grid::{FILL, Grid};
+use crate::grid::Grid;
 use crate::initial::centre;
 use crate::plan::{Plan, settings};
 use crate::real::Real;
@@ -81,7 +81,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         let excess = new.grid.total_mass() - new.grid.volume();
         new.grid.spread_mass(-excess);
         new.mass = new.grid.total_mass();
-        new.grid.sort_rows(&mut new.rows);
+        new.arrange();
         new
     }
 
@@ -96,6 +96,12 @@ impl<T: Real> LatticeBoltzmann<T> {
         if missing != 0.0 && self.grid.spread_mass(missing) {
             self.ledger.waiting = 0.0;
         }
+    }
+
+    /// Finds rows and surface as the cells are now: the next step needs them, and so does a snapshot.
+    fn arrange(&mut self) {
+        self.grid.sort_rows(&mut self.rows);
+        self.grid.reconstruct(&self.rows, self.physics.gravity);
     }
 
     fn breakdown(&self, slot: usize, cell: usize) -> Breakdown {
@@ -150,8 +156,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         if self.steps.is_multiple_of(REPAY) {
             self.repay();
         }
-        // At the end already: a snapshot sees the rows too, and must see them as the cells are now.
-        self.grid.sort_rows(&mut self.rows);
+        self.arrange();
         Ok(())
     }
 
@@ -176,11 +181,10 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             // Where a cell has no such value, something is left over that means nothing; as zero it takes no room, and
             // the same moment of the same run gives the same file.
             let kinds_of = &self.grid.kinds[slot];
-            for (i, field) in self.grid.front[slot].iter().enumerate() {
+            for field in self.grid.front[slot].iter() {
                 fields.extend(field.iter().enumerate().map(|(cell, value)| {
                     let row = kinds_of.get(cell / EDGE).copied().unwrap_or_default();
-                    let used = if i == FILL { row.interface } else { row.wet() };
-                    if used >> (cell % EDGE) & 1 == 1 { *value } else { T::ZERO }
+                    if row.wet() >> (cell % EDGE) & 1 == 1 { *value } else { T::ZERO }
                 }));
             }
             mass.extend_from_slice(&*self.grid.mass[slot]);
@@ -229,7 +233,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         self.grid = grid;
         self.rows.clear();
         self.findings.clear();
-        self.grid.sort_rows(&mut self.rows);
+        self.arrange();
         Ok(())
     }
 }

@@ -9,8 +9,7 @@
 //! - from air, what the gas pressure and the surface's velocity ask for (Svec 2013, Eq. 2.16, after Koerner et al. 2005):
 //!   `f_eq(rho_gas, u) + f_eq_opposite(rho_gas, u) - f_opposite`. Only these missing populations are made up.
 //!
-//! An interface cell gains over each link the mass `b (f_in - f_out)` (Eq. 2.14), b = 1 towards liquid, the mean fill of
-//! the two towards interface, 0 towards air and solid: what one cell gains the other loses, to the bit.
+//! What an interface cell gains is told by `transport`.
 //!
 //! Bulk rows skip all of this. Rows are worked on a few at a time in a buffer that stays in the first cache, in loops
 //! over lanes that the compiler turns into vector instructions; whatever differs between the lanes of a row is a choice
@@ -19,16 +18,18 @@
 use rayon::prelude::*;
 
 use crate::collision::{COMPONENT, Moments, collide, moments};
-use crate::grid::{FILL, Field, Grid, Kinds, STRIDE};
-use crate::lattice::{C, MIRROR, Q, W, each_pair, opposite};
-use crate::real::{Real, larger, smaller};
+use crate::grid::{FILL, Field, Grid, Kinds, Shape, VELOCITY};
+use crate::lanes::LANES;
+use crate::lattice::{C, Q, W, each_pair, opposite};
+use crate::plane::reconstruct;
+use crate::real::Real;
 use crate::relaxation::Relaxation;
-use crate::rows::{Beside, BulkRow, Rows, SurfaceRow, upstream};
-use crate::topology::{CELLS, EDGE, Links, ROWS, Topology};
+use crate::rows::{BulkRow, Rows, SurfaceRow};
+use crate::source::{Source, Surroundings};
+use crate::topology::{CELLS, ROWS};
+use crate::transport::gains;
 use crate::wall::{FACES, SLANTED, tangents, wall_velocity};
 
-/// Lanes of a row.
-const LANES: usize = EDGE;
 /// Rows worked on at a time.
 const BATCH_ROWS: usize = 4;
 /// Cells worked on at a time.
@@ -37,6 +38,10 @@ const BATCH: usize = BATCH_ROWS * LANES;
 /// Fill above which an interface cell becomes liquid, and below which it becomes air.
 const FULL: f64 = 1.01;
 const EMPTY: f64 = -0.01;
+/// The same for cells that are this near to full or empty and on their way there, fast enough to arrive within so many
+/// steps. (What leaves a cell by its plane never takes it beyond full or empty, so that it might come to neither limit.)
+const NEAR: f64 = 0.005;
+const SOON: f64 = 100.0;
 /// The same for cells that have no air, or no liquid, beside them. (One with neither air nor interface, a bubble of one
 /// cell, closes at any fill.)
 const FULL_INSIDE: f64 = 0.9;
@@ -73,32 +78,14 @@ impl Default for Findings {
     }
 }
 
-/// What a step of one block reads.
-#[derive(Clone, Copy)]
-struct Source<'a, T: Real> {
-    topology: &'a Topology,
-    links: &'a Links,
-    /// The block's own values.
-    own: &'a Field<T>,
-    /// The values of the 27 blocks around and with it, in one array each; the last five are never asked for.
-    near: [&'a [T; VALUES]; 32],
-    /// Whether rows look into mirrors anywhere.
-    mirrors: bool,
-    /// Whether any wall moves.
-    moving_walls: bool,
-}
-
-/// Values in a field.
-const VALUES: usize = (Q + 1) * STRIDE;
-
 /// A few rows on their way through a step.
 struct Batch<T> {
     /// Populations, by velocity and lane.
     f: [[T; BATCH]; Q],
-    /// For each velocity c the fill at -c; only for rows with interface.
-    fill: [[T; BATCH]; Q],
     /// Mass of interface cells, infinite in all others.
     mass: [T; BATCH],
+    /// Mass that interface cells gain in this step.
+    gain: [f64; BATCH],
     density: [T; BATCH],
 }
 
@@ -106,17 +93,11 @@ impl<T: Real> Batch<T> {
     fn new() -> Self {
         Self {
             f: [[T::ZERO; BATCH]; Q],
-            fill: [[T::ZERO; BATCH]; Q],
             mass: [T::INFINITY; BATCH],
+            gain: [0.0; BATCH],
             density: [T::ONE; BATCH],
         }
     }
-}
-
-/// The array to read beyond the mirrors `flip`.
-#[inline(always)]
-fn mirrored(array: usize, flip: u8) -> usize {
-    if array == FILL { FILL } else { usize::from(MIRROR[usize::from(flip & 7)][array]) }
 }
 
 /// `a` in lanes whose bit is set, `b` in the others.
@@ -126,133 +107,22 @@ fn choose<T>(bits: u8, lane: usize, a: T, b: T) -> T {
 }
 
 impl<'a, T: Real> Source<'a, T> {
-    fn new(topology: &'a Topology, links: &'a Links, front: &'a [Box<Field<T>>], slot: usize) -> Self {
-        let near = std::array::from_fn(|n| {
-            let slot = links.slots[n.min(26)] as usize;
-            bytemuck::cast_ref::<Field<T>, [T; VALUES]>(&front[slot])
-        });
-        let mirrors = links.steps.iter().flatten().any(|step| step.flip != 0);
-        Self { topology, links, own: &front[slot], near, mirrors, moving_walls: topology.moving_walls() }
-    }
-
-    #[inline(always)]
-    fn block(&self, n: u8) -> &'a [T; VALUES] {
-        self.near[usize::from(n) & 31]
-    }
-
-    /// The eight values of array `array` for a row, each taken from the cell at -c; populations come mirrored.
-    #[inline(always)]
-    fn pull(&self, beside: &Beside, c: [i32; 3], array: usize, mirrors: bool, to: &mut [T]) {
-        let beside = beside[upstream(c)];
-        let first = (usize::from(beside.row) & (ROWS - 1)) * LANES;
-        let seen = |flip: u8| if mirrors { mirrored(array, flip) * STRIDE } else { array * STRIDE };
-        let row = seen(beside.flip) + first;
-        let values = self.block(beside.block);
-        // A shifted row takes one lane from beyond its array; it is then put right.
-        match c[0] {
-            0 => to[..LANES].copy_from_slice(&values[row..row + LANES]),
-            1 => {
-                let step = self.links.before();
-                to[..LANES].copy_from_slice(&values[row - 1..row + LANES - 1]);
-                let lane = seen(beside.flip | step.flip) + first + (usize::from(step.index) & (LANES - 1));
-                to[0] = self.block(beside.low)[lane];
-            }
-            _ => {
-                let step = self.links.after();
-                to[..LANES].copy_from_slice(&values[row + 1..row + LANES + 1]);
-                let lane = seen(beside.flip | step.flip) + first + (usize::from(step.index) & (LANES - 1));
-                to[usize::from(self.links.last) & (LANES - 1)] = self.block(beside.high)[lane];
-            }
-        }
-    }
-
-    /// Populations arriving in a row from the cells around it, whatever these are.
-    #[inline(always)]
-    fn pull_all(&self, beside: &Beside, mirrors: bool, f: &mut [[T; BATCH]; Q], at: usize) {
-        self.pull(beside, C[0], 0, mirrors, &mut f[0][at..at + LANES]);
-        each_pair!(P, {
-            let (a, b) = (2 * P + 1, 2 * P + 2);
-            self.pull(beside, const { C[2 * P + 1] }, a, mirrors, &mut f[a][at..at + LANES]);
-            self.pull(beside, const { C[2 * P + 2] }, b, mirrors, &mut f[b][at..at + LANES]);
-        });
-    }
-
-    /// [`Source::pull_all`] with the choice about mirrors made once for the row.
-    #[inline(always)]
-    fn arrive(&self, beside: &Beside, f: &mut [[T; BATCH]; Q], at: usize) {
-        if self.mirrors {
-            self.pull_all(beside, true, f, at);
-        } else {
-            self.pull_all(beside, false, f, at);
-        }
-    }
-
-    /// The fill around the interface cells of a row.
-    #[inline(always)]
-    fn pull_fill(&self, around: &SurfaceRow, fill: &mut [[T; BATCH]; Q], at: usize) {
-        each_pair!(P, {
-            let (a, b) = (2 * P + 1, 2 * P + 2);
-            if around.interface[a] != 0 {
-                self.pull(&around.beside, const { C[2 * P + 1] }, FILL, true, &mut fill[a][at..at + LANES]);
-            }
-            if around.interface[b] != 0 {
-                self.pull(&around.beside, const { C[2 * P + 2] }, FILL, true, &mut fill[b][at..at + LANES]);
-            }
-        });
-    }
-
-    /// Mass that the interface cells of a row gain from their neighbours, before `f` is mended at air and walls.
-    #[inline(always)]
-    fn exchange(&self, around: &SurfaceRow, batch: &Batch<T>, at: usize, mass: &mut [f64; CELLS]) {
-        let (own, first) = (self.own, (usize::from(around.row) & (ROWS - 1)) * LANES);
-        let mut gain = [0.0f64; LANES];
-        let half = T::from_f64(0.5);
-        for i in 1..Q {
-            let (liquid, between) = (around.liquid[i], around.interface[i]);
-            if liquid | between == 0 {
-                continue;
-            }
-            for k in 0..LANES {
-                let mean = half * (own[FILL][first + k] + batch.fill[i][at + k]);
-                let open = choose(liquid, k, T::ONE, choose(between, k, mean, T::ZERO));
-                gain[k] += (open * (batch.f[i][at + k] - own[opposite(i)][first + k])).to_f64();
-            }
-        }
-        for k in 0..LANES {
-            mass[first + k] += choose(around.kinds.interface, k, gain[k], 0.0);
-        }
-    }
-
     /// Makes up what should come from the air.
     #[inline(always)]
-    fn meet_air(&self, around: &SurfaceRow, gravity: [T; 3], f: &mut [[T; BATCH]; Q], at: usize) {
+    fn meet_air(
+        &self,
+        around: &SurfaceRow,
+        surface: &Surroundings<'_, T>,
+        f: &mut [[T; BATCH]; Q],
+        at: usize,
+    ) {
         let (own, first) = (self.own, (usize::from(around.row) & (ROWS - 1)) * LANES);
-        // Velocity before the populations moved; the gas has density 1 and moves with the fluid.
-        let mut u = [[T::ZERO; LANES]; 3];
-        let mut square = [T::ZERO; LANES];
-        for k in 0..LANES {
-            let mut excess = own[0][first + k];
-            let mut j = [T::ZERO; 3];
-            each_pair!(P, {
-                let (a, b) = (own[2 * P + 1][first + k], own[2 * P + 2][first + k]);
-                let c = const { C[2 * P + 1] };
-                excess += a + b;
-                for axis in 0..3 {
-                    match c[axis] {
-                        0 => {}
-                        1 => j[axis] += a - b,
-                        _ => j[axis] -= a - b,
-                    }
-                }
-            });
-            let inverse = T::ONE / (T::ONE + excess);
-            let weight = larger(smaller(own[FILL][first + k], T::ONE), T::ZERO);
-            let half = T::from_f64(0.5) * weight;
-            for axis in 0..3 {
-                u[axis][k] = j[axis] * inverse - half * gravity[axis];
-            }
-            square[k] = T::from_f64(1.5) * (u[0][k] * u[0][k] + u[1][k] * u[1][k] + u[2][k] * u[2][k]);
-        }
+        // The gas has density 1 and moves with the fluid.
+        let u: [[T; LANES]; 3] =
+            std::array::from_fn(|axis| std::array::from_fn(|k| surface.own[VELOCITY + axis][first + k]));
+        let square: [T; LANES] = std::array::from_fn(|k| {
+            T::from_f64(1.5) * (u[0][k] * u[0][k] + u[1][k] * u[1][k] + u[2][k] * u[2][k])
+        });
         each_pair!(P, {
             let (a, b) = (2 * P + 1, 2 * P + 2);
             let (from_a, from_b) = (around.missing[a], around.missing[b]);
@@ -287,7 +157,7 @@ impl<'a, T: Real> Source<'a, T> {
             for k in 0..LANES {
                 f[i][at + k] = choose(solid, k, own[opposite(i)][first + k], f[i][at + k]);
             }
-            if self.moving_walls {
+            if self.topology.moving_walls() {
                 self.drag(first, i, solid, &mut f[i][at..at + LANES]);
             }
         }
@@ -363,6 +233,7 @@ impl<'a, T: Real> Source<'a, T> {
     #[inline(always)]
     fn load_surface<R: Relaxation<T>>(
         &self,
+        surface: &Surroundings<'_, T>,
         rows: &[SurfaceRow],
         physics: &Physics<T, R>,
         batch: &mut Batch<T>,
@@ -370,14 +241,18 @@ impl<'a, T: Real> Source<'a, T> {
     ) {
         for (n, row) in rows.iter().enumerate() {
             self.arrive(&row.beside, &mut batch.f, n * LANES);
-            self.pull_fill(row, &mut batch.fill, n * LANES);
         }
         for (n, row) in rows.iter().enumerate() {
             let at = n * LANES;
             if row.kinds.interface != 0 {
-                self.exchange(row, batch, at, mass);
+                let first = (usize::from(row.row) & (ROWS - 1)) * LANES;
+                let gains = gains(self, surface, row, &batch.f, at);
+                for k in 0..LANES {
+                    mass[first + k] += gains[k];
+                }
+                batch.gain[at..at + LANES].copy_from_slice(&gains);
                 if row.any_air | row.any_interface != 0 {
-                    self.meet_air(row, physics.gravity, &mut batch.f, at);
+                    self.meet_air(row, surface, &mut batch.f, at);
                 }
             }
             if row.any_solid != 0 {
@@ -438,24 +313,29 @@ fn store<T: Real>(batch: &Batch<T>, at: usize, row: u8, back: &mut Field<T>, fin
 #[inline(always)]
 fn judge<T: Real>(
     around: &SurfaceRow,
-    density: &[T],
+    batch: &Batch<T>,
+    at: usize,
     mass: &[f64; CELLS],
     back: &mut Field<T>,
     findings: &mut Findings,
 ) {
     let row = usize::from(around.row) & (ROWS - 1);
     let first = row * LANES;
-    let mut fill = [0.0; LANES];
+    let interface = around.kinds.interface;
+    let (mut fill, mut rising, mut falling) = ([0.0; LANES], 0u8, 0u8);
     for k in 0..LANES {
-        fill[k] = mass[first + k] / density[k].to_f64();
-        back[FILL][first + k] = T::from_f64(fill[k]);
+        fill[k] = mass[first + k] / batch.density[at + k].to_f64();
+        let other = choose(around.kinds.liquid, k, T::ONE, T::ZERO);
+        back[FILL][first + k] = choose(interface, k, T::from_f64(fill[k]), other);
+        let gain = batch.gain[at + k];
+        rising |= u8::from(fill[k] > 1.0 - NEAR && gain > NEAR / SOON) << k;
+        falling |= u8::from(fill[k] < NEAR && gain < -NEAR / SOON) << k;
     }
     let below = |limit: f64| (0..LANES).fold(0, |bits, k| bits | u8::from(fill[k] < limit) << k);
     let above = |limit: f64| (0..LANES).fold(0, |bits, k| bits | u8::from(fill[k] > limit) << k);
-    let interface = around.kinds.interface;
     let closed = !(around.any_air | around.any_interface);
-    let full = (above(FULL) | above(FULL_INSIDE) & !around.any_air | closed) & interface;
-    let empty = (below(EMPTY) | below(EMPTY_OUTSIDE) & !around.any_liquid) & interface;
+    let full = (above(FULL) | rising | above(FULL_INSIDE) & !around.any_air | closed) & interface;
+    let empty = (below(EMPTY) | falling | below(EMPTY_OUTSIDE) & !around.any_liquid) & interface & !full;
     findings.full[row] = full;
     findings.empty[row] = empty;
     findings.any |= full | empty != 0;
@@ -465,6 +345,7 @@ fn judge<T: Real>(
 #[inline(always)]
 fn step_block<T: Real, R: Relaxation<T>>(
     source: &Source<'_, T>,
+    surface: &Surroundings<'_, T>,
     rows: &Rows,
     physics: &Physics<T, R>,
     back: &mut Field<T>,
@@ -480,12 +361,12 @@ fn step_block<T: Real, R: Relaxation<T>>(
         }
     }
     for rows in rows.surface.chunks(BATCH_ROWS) {
-        source.load_surface(rows, physics, &mut batch, mass);
+        source.load_surface(surface, rows, physics, &mut batch, mass);
         collide_batch(physics, &mut batch);
         for (n, row) in rows.iter().enumerate() {
             store(&batch, n * LANES, row.row, back, findings);
             if row.kinds.interface != 0 {
-                judge(row, &batch.density[n * LANES..(n + 1) * LANES], mass, back, findings);
+                judge(row, &batch, n * LANES, mass, back, findings);
             }
         }
     }
@@ -496,19 +377,21 @@ fn step_block<T: Real, R: Relaxation<T>>(
 #[target_feature(enable = "avx2")]
 fn step_block_avx2<T: Real, R: Relaxation<T>>(
     source: &Source<'_, T>,
+    surface: &Surroundings<'_, T>,
     rows: &Rows,
     physics: &Physics<T, R>,
     back: &mut Field<T>,
     mass: &mut [f64; CELLS],
     findings: &mut Findings,
 ) {
-    step_block(source, rows, physics, back, mass, findings);
+    step_block(source, surface, rows, physics, back, mass, findings);
 }
 
 /// [`step_block`] for the processor at hand. Both forms give the same bits: the same operations, only wider.
 #[allow(unsafe_code)]
 fn step_block_here<T: Real, R: Relaxation<T>>(
     source: &Source<'_, T>,
+    surface: &Surroundings<'_, T>,
     rows: &Rows,
     physics: &Physics<T, R>,
     back: &mut Field<T>,
@@ -518,9 +401,35 @@ fn step_block_here<T: Real, R: Relaxation<T>>(
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: the processor was just asked whether it has AVX2.
-        return unsafe { step_block_avx2(source, rows, physics, back, mass, findings) };
+        return unsafe { step_block_avx2(source, surface, rows, physics, back, mass, findings) };
     }
-    step_block(source, rows, physics, back, mass, findings);
+    step_block(source, surface, rows, physics, back, mass, findings);
+}
+
+/// Finds the surface in all interface cells of a block.
+#[inline(always)]
+fn reconstruct_block<T: Real>(source: &Source<'_, T>, rows: &Rows, gravity: [T; 3], shape: &mut Shape<T>) {
+    for row in rows.surface.iter().filter(|row| row.kinds.interface != 0) {
+        reconstruct(source, row, gravity, shape);
+    }
+}
+
+/// [`reconstruct_block`] compiled for processors with AVX2.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn reconstruct_avx2<T: Real>(source: &Source<'_, T>, rows: &Rows, gravity: [T; 3], shape: &mut Shape<T>) {
+    reconstruct_block(source, rows, gravity, shape);
+}
+
+/// [`reconstruct_block`] for the processor at hand, with the same bits.
+#[allow(unsafe_code)]
+fn reconstruct_here<T: Real>(source: &Source<'_, T>, rows: &Rows, gravity: [T; 3], shape: &mut Shape<T>) {
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx2") {
+        // SAFETY: the processor was just asked whether it has AVX2.
+        return unsafe { reconstruct_avx2(source, rows, gravity, shape) };
+    }
+    reconstruct_block(source, rows, gravity, shape);
 }
 
 impl<T: Real> Grid<T> {
@@ -532,7 +441,7 @@ impl<T: Real> Grid<T> {
         findings: &mut Vec<Findings>,
     ) {
         findings.resize(self.len(), Findings::default());
-        let Self { topology, links, front, back, mass, .. } = self;
+        let Self { topology, links, front, back, shape, mass, .. } = self;
         (back.par_iter_mut(), mass.par_iter_mut(), findings.par_iter_mut(), rows.par_iter())
             .into_par_iter()
             .enumerate()
@@ -543,10 +452,24 @@ impl<T: Real> Grid<T> {
                 }
                 if !rows.is_empty() {
                     let source = Source::new(topology, &links[slot], front, slot);
-                    step_block_here(&source, rows, physics, back, mass, findings);
+                    let surface = Surroundings::new(&links[slot], shape, slot);
+                    step_block_here(&source, &surface, rows, physics, back, mass, findings);
                 }
             });
         std::mem::swap(&mut self.front, &mut self.back);
+    }
+
+    /// Finds the shape of the surface, after cells have changed and before the next step.
+    pub(crate) fn reconstruct(&mut self, rows: &[Rows], gravity: [T; 3]) {
+        let Self { topology, links, front, shape, .. } = self;
+        (shape.par_iter_mut(), rows.par_iter()).into_par_iter().enumerate().skip(2).for_each(
+            |(slot, (shape, rows))| {
+                if rows.surface.iter().any(|row| row.kinds.interface != 0) {
+                    let source = Source::new(topology, &links[slot], front, slot);
+                    reconstruct_here(&source, rows, gravity, shape);
+                }
+            },
+        );
     }
 
     /// The moments of every wet cell of a block, as the next collision will see them.
@@ -557,8 +480,9 @@ impl<T: Real> Grid<T> {
         physics: &Physics<T, R>,
         mut see: impl FnMut(usize, &Moments<T>),
     ) {
-        let Self { topology, links, front, .. } = self;
+        let Self { topology, links, front, shape, .. } = self;
         let source = Source::new(topology, &links[slot], front, slot);
+        let surface = Surroundings::new(&links[slot], shape, slot);
         let mut mass = self.mass[slot].clone();
         let mut batch = Batch::new();
         let mut show = |batch: &Batch<T>, n: usize, row: u8, kinds: Kinds| {
@@ -574,7 +498,7 @@ impl<T: Real> Grid<T> {
             }
         }
         for rows in rows.surface.chunks(BATCH_ROWS) {
-            source.load_surface(rows, physics, &mut batch, &mut mass);
+            source.load_surface(&surface, rows, physics, &mut batch, &mut mass);
             for (n, row) in rows.iter().enumerate() {
                 show(&batch, n, row.row, row.kinds);
             }

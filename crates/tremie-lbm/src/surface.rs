@@ -54,6 +54,10 @@ impl<T: Real> Grid<T> {
         self.wet = self.wet + usize::from(liquid || interface) - usize::from(before);
         kinds.liquid = kinds.liquid & !bit | if liquid { bit } else { 0 };
         kinds.interface = kinds.interface & !bit | if interface { bit } else { 0 };
+        // Only rows with interface write the fill, so that it must be right in both sets.
+        let fill = if liquid { T::ONE } else { T::ZERO };
+        self.front[slot][FILL][cell] = fill;
+        self.back[slot][FILL][cell] = fill;
         self.touch(slot, cell);
     }
 

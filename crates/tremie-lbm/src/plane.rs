@@ -1,0 +1,343 @@
+//! Where the surface lies within an interface cell: a plane that cuts off the fluid the cell holds (PLIC).
+//!
+//! The plane's normal is found from the fills around (mixed Youngs-centred, Aulisa, Manservisi, Scardovelli and Zaleski
+//! 2007): for each axis the sums of the fill over columns of three cells give the slopes of the surface as if it were a
+//! height over that axis, and the axis over which it is least steep is taken; where the gradient of the fill smoothed over the 27
+//! cells (Youngs 1982) is further from all axes, that is taken.
+//!
+//! With `m >= 0` the parts of the normal (sum 1) and the cube's coordinates measured from its wettest corner, the fluid is
+//! `m . x < a`, and its volume is (Scardovelli and Zaleski 2000, with `p(x) = max(0, x)^3`)
+//!
+//! ```text
+//!     6 m1 m2 m3 V = p(a) - sum p(a - mi) + sum p(a - mi - mj)       for a <= 1/2; V(1 - a) = 1 - V(a)
+//! ```
+//!
+//! V is convex there, so Newton's method from above falls onto the root without stepping over it.
+//!
+//! What leaves the cell through a face in a step comes from a slab behind the face, one step's way thick, and the fluid moves
+//! sideways meanwhile. Both are met to second order by the wet share of the slab's middle, the plane moved on by half a
+//! step along the face: a share of an area, with squares in place of cubes.
+
+use crate::grid::{FILL, SHARE, Shape, VELOCITY};
+use crate::lanes::{LANES, Lanes};
+use crate::lattice::{C, Q, each_pair};
+use crate::real::Real;
+use crate::rows::SurfaceRow;
+use crate::source::Source;
+use crate::topology::ROWS;
+
+/// The 27 cells around (and with) a cell, x fastest.
+type Around<T> = [Lanes<T>; 27];
+
+/// Number in [`Around`] of the cell at `u` along `axis`, `v` and `w` along the two axes after it (0, 1, 2 for -1, 0, 1).
+const fn place(axis: usize, u: usize, v: usize, w: usize) -> usize {
+    const STEP: [usize; 3] = [1, 3, 9];
+    STEP[axis] * u + STEP[(axis + 1) % 3] * v + STEP[(axis + 2) % 3] * w
+}
+
+/// Least part of the normal along any axis: keeps the quotients far from rounding.
+const LEAST: f64 = 0.01;
+/// Turns of Newton's method; the fourth changes no share by more than a thousandth.
+const TURNS: usize = 3;
+/// A slope that means that there is none.
+const STEEP: f64 = 1e6;
+/// A fill that means nothing.
+const NONE: f64 = 1e-6;
+
+/// Normal out of the fluid, its parts' sizes adding up to 1; zero where nothing tells it.
+#[inline(always)]
+fn normal<T: Real>(fill: &Around<T>) -> [Lanes<T>; 3] {
+    let [zero, half, one, two, none, steep] = [0.0, 0.5, 1.0, 2.0, NONE, STEEP].map(Lanes::<T>::all);
+    let mut rise = [zero; 3];
+    let mut smooth = [zero; 3];
+    // slope[h][n]: along axis h + n of the surface as a height over axis h.
+    let mut slope = [[zero; 3]; 3];
+    for o in 0..3 {
+        let difference = |v: usize, w: usize| fill[place(o, 2, v, w)] - fill[place(o, 0, v, w)];
+        let middle = difference(1, 1);
+        let (v, w) = (difference(0, 1) + difference(2, 1), difference(1, 0) + difference(1, 2));
+        let corners = (difference(0, 0) + difference(2, 2)) + (difference(0, 2) + difference(2, 0));
+        rise[o] = corners + (v + w) + middle;
+        smooth[o] = corners + two * (v + w) + two * two * middle;
+        slope[(o + 1) % 3][2] = half * (v + middle);
+        slope[(o + 2) % 3][1] = half * (w + middle);
+    }
+    let mut steepness = [zero; 3];
+    for h in 0..3 {
+        let sum = slope[h][1].abs() + slope[h][2].abs();
+        steepness[h] = Lanes::where_greater(rise[h].abs(), none, sum, steep);
+    }
+    let least = steepness[0].min(steepness[1]).min(steepness[2]);
+    // Equally good heights count equally, or the order of the axes would show.
+    let limit = least + least * Lanes::all(1e-5) + none;
+    let mut height = [zero; 3];
+    for h in 0..3 {
+        let weight = Lanes::where_greater(steepness[h], limit, zero, (one + steepness[h]).reciprocal());
+        height[h] = height[h] + weight * rise[h].sign();
+        for n in 1..3 {
+            height[(h + n) % 3] = height[(h + n) % 3] + weight * slope[h][n];
+        }
+    }
+    let total = smooth[0].abs() + smooth[1].abs() + smooth[2].abs();
+    let largest = smooth[0].abs().max(smooth[1].abs()).max(smooth[2].abs());
+    let mut chosen = [zero; 3];
+    for a in 0..3 {
+        chosen[a] = Lanes::where_greater(total, (one + least) * largest, smooth[a], height[a]);
+        chosen[a] = Lanes::where_greater(steep, least, chosen[a], smooth[a]);
+    }
+    let size = chosen[0].abs() + chosen[1].abs() + chosen[2].abs();
+    let scale = Lanes::where_greater(size, none, -size.max(none).reciprocal(), zero);
+    [chosen[0] * scale, chosen[1] * scale, chosen[2] * scale]
+}
+
+/// The positive part.
+#[inline(always)]
+fn over<T: Real>(x: Lanes<T>) -> Lanes<T> {
+    x.max(Lanes::all(0.0))
+}
+
+/// Where the plane lies: `a` such that `m . x < a` has the volume `fill` in the unit cube.
+#[inline(always)]
+fn offset<T: Real>(m: [Lanes<T>; 3], fill: Lanes<T>) -> Lanes<T> {
+    let [half, one, three, tiny] = [0.5, 1.0, 3.0, 1e-30].map(Lanes::<T>::all);
+    let least = fill.min(one - fill);
+    let volume = Lanes::all(6.0) * m[0] * m[1] * m[2] * least;
+    // Never below the root, for any normal.
+    let mut a = (Lanes::all(0.63) * over(least).sqrt().sqrt()).min(half);
+    let pairs = [m[0] + m[1], m[0] + m[2], m[1] + m[2]];
+    for _ in 0..TURNS {
+        let mut growth = a * a;
+        let mut value = growth * a;
+        for n in 0..3 {
+            let (less, more) = (over(a - m[n]), over(a - pairs[n]));
+            let (less2, more2) = (less * less, more * more);
+            growth = growth + (more2 - less2);
+            value = value + (more2 * more - less2 * less);
+        }
+        let step = (value - volume) * (three * growth).max(tiny).reciprocal();
+        a = over(a - step).min(half);
+    }
+    Lanes::where_greater(fill, half, one - a, a)
+}
+
+/// Wet share of the square that the plane `p x + q y < a` cuts, with `scale = 1 / (2 p q)`.
+#[inline(always)]
+fn area<T: Real>(p: Lanes<T>, q: Lanes<T>, scale: Lanes<T>, a: Lanes<T>) -> Lanes<T> {
+    let square = |x: Lanes<T>| over(x) * over(x);
+    let wet = square(a) - square(a - p) - square(a - q) + square(a - p - q);
+    over(wet * scale).min(Lanes::all(1.0))
+}
+
+/// Wet shares of the six faces, in the order of the velocities 1 to 6.
+#[inline(always)]
+fn shares<T: Real>(normal: [Lanes<T>; 3], fill: Lanes<T>, velocity: [Lanes<T>; 3]) -> [Lanes<T>; 6] {
+    let [zero, half, one, least] = [0.0, 0.5, 1.0, LEAST].map(Lanes::<T>::all);
+    let mut m = [zero; 3];
+    for a in 0..3 {
+        m[a] = normal[a].abs().max(least);
+    }
+    let scale = (m[0] + m[1] + m[2]).reciprocal();
+    let mut ahead = [zero; 3];
+    for a in 0..3 {
+        m[a] = m[a] * scale;
+        ahead[a] = half * scale * normal[a] * velocity[a];
+    }
+    let within = over(fill).min(one);
+    let a = offset(m, within);
+    let known = normal[0].abs() + normal[1].abs() + normal[2].abs();
+    let mut shares = [zero; 6];
+    for axis in 0..3 {
+        let (v, w) = ((axis + 1) % 3, (axis + 2) % 3);
+        let scale = ((m[v] + m[v]) * m[w]).reciprocal();
+        // How far the slab's middle lies from that of the cell, towards the dry side.
+        let aside = half * normal[axis].sign() * (one - velocity[axis].abs().min(one));
+        let moved = a + (ahead[v] + ahead[w]) - half * m[axis];
+        for side in 0..2 {
+            let aside = if side == 0 { aside } else { -aside };
+            let share = area(m[v], m[w], scale, moved - m[axis] * aside);
+            let share = Lanes::where_greater(known, half, share, within);
+            let share = Lanes::where_greater(one, fill, share, one);
+            shares[2 * axis + side] = Lanes::where_greater(fill, zero, share, zero);
+        }
+    }
+    shares
+}
+
+/// Velocity of the cells of a row before their populations move.
+#[inline(always)]
+fn velocities<T: Real>(source: &Source<'_, T>, first: usize, gravity: [T; 3]) -> [Lanes<T>; 3] {
+    let load = |i: usize| Lanes::load(&source.own[i][first..first + LANES]);
+    let [zero, one] = [0.0, 1.0].map(Lanes::<T>::all);
+    let mut excess = load(0);
+    let mut j = [zero; 3];
+    each_pair!(P, {
+        let (a, b) = (load(2 * P + 1), load(2 * P + 2));
+        let c = const { C[2 * P + 1] };
+        excess = excess + (a + b);
+        for axis in 0..3 {
+            match c[axis] {
+                0 => {}
+                1 => j[axis] = j[axis] + (a - b),
+                _ => j[axis] = j[axis] - (a - b),
+            }
+        }
+    });
+    let inverse = (one + excess).reciprocal();
+    // Half of the force that the collision gave, weighed by the fill as there.
+    let half = Lanes::all(0.5) * over(load(FILL)).min(one);
+    let mut u = [zero; 3];
+    for axis in 0..3 {
+        u[axis] = j[axis] * inverse - half * Lanes([gravity[axis]; LANES]);
+    }
+    u
+}
+
+/// The fills around the cells of a row; beyond a wall the surface goes on mirrored.
+#[inline(always)]
+fn fills<T: Real>(source: &Source<'_, T>, row: &SurfaceRow) -> Around<T> {
+    let mut fill = [Lanes::all(0.0); 27];
+    for (n, fill) in fill.iter_mut().enumerate() {
+        let c = [n % 3, n / 3 % 3, n / 9].map(|at| 1 - at as i32);
+        source.pull(&row.beside, c, FILL, true, &mut fill.0);
+    }
+    if row.any_solid == 0 {
+        return fill;
+    }
+    for i in 1..=6 {
+        let wall = row.solid[i];
+        if wall == 0 {
+            continue;
+        }
+        // Velocity i comes from the wall.
+        let axis = (i - 1) / 2;
+        let beyond = if C[i][axis] == 1 { 0 } else { 2 };
+        for v in 0..3 {
+            for w in 0..3 {
+                let (there, here) = (place(axis, beyond, v, w), place(axis, 1, v, w));
+                fill[there] = fill[there].only(!wall) + fill[here].only(wall);
+            }
+        }
+    }
+    fill
+}
+
+/// Finds the surface in the interface cells of a row, and how fast it moves.
+#[inline(always)]
+pub(crate) fn reconstruct<T: Real>(
+    source: &Source<'_, T>,
+    row: &SurfaceRow,
+    gravity: [T; 3],
+    shape: &mut Shape<T>,
+) {
+    let first = (usize::from(row.row) & (ROWS - 1)) * LANES;
+    let velocity = velocities(source, first, gravity);
+    for axis in 0..3 {
+        shape[VELOCITY + axis][first..first + LANES].copy_from_slice(&velocity[axis].0);
+    }
+    let fill = fills(source, row);
+    let shares = shares(normal(&fill), fill[13], velocity);
+    for face in 0..6 {
+        shape[SHARE + face][first..first + LANES].copy_from_slice(&shares[face].0);
+    }
+}
+
+const _: () = assert!(Q == 19, "the faces are those of the velocities 1 to 6");
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Share of the unit cube (or of its slice at `x[axis] = at`) in `m . x < a`, by counting.
+    fn count(m: [f64; 3], a: f64, slice: Option<(usize, f64)>) -> f64 {
+        const N: usize = 60;
+        let mut inside = 0usize;
+        for n in 0..N.pow(3) {
+            let mut x = [n % N, n / N % N, n / N / N].map(|i| (i as f64 + 0.5) / N as f64);
+            if let Some((axis, at)) = slice {
+                x[axis] = at;
+            }
+            inside += usize::from((0..3).map(|i| m[i] * x[i]).sum::<f64>() < a);
+        }
+        inside as f64 / N.pow(3) as f64
+    }
+
+    fn normals() -> impl Iterator<Item = [f64; 3]> {
+        [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 1.03, 0.98], [0.1, 0.3, 1.0], [3.0, 1.0, 2.0]]
+            .into_iter()
+            .map(|n| {
+                let sum: f64 = n.iter().sum();
+                n.map(|x| x / sum)
+            })
+    }
+
+    #[test]
+    fn the_plane_cuts_off_the_fill() {
+        for n in normals() {
+            for fill in [0.002, 0.03, 0.2, 0.5, 0.7, 0.95] {
+                let m = n.map(|x| x.max(LEAST));
+                let m = m.map(|x| x / m.iter().sum::<f64>());
+                let volume = count(m, offset(m.map(Lanes::all), Lanes::<f64>::all(fill)).0[0], None);
+                assert!((volume - fill).abs() < 4e-3, "{n:?}: {volume} for {fill}");
+            }
+        }
+    }
+
+    #[test]
+    fn faces_are_wet_where_the_plane_cuts_them() {
+        for n in normals() {
+            for fill in [0.1, 0.4, 0.8] {
+                let m = n.map(|x| x.max(LEAST));
+                let m = m.map(|x| x / m.iter().sum::<f64>());
+                let a = offset(m.map(Lanes::all), Lanes::<f64>::all(fill)).0[0];
+                let at_rest = shares(n.map(Lanes::all), Lanes::<f64>::all(fill), [Lanes::all(0.0); 3]);
+                for axis in (0..3).filter(|axis| n[*axis] > 0.0) {
+                    for (side, at) in [(0, 1.0), (1, 0.0)] {
+                        let exact = count(m, a, Some((axis, at)));
+                        let share = at_rest[2 * axis + side].0[0];
+                        assert!(
+                            (share - exact).abs() < 0.02,
+                            "{n:?} {fill} {axis} {side}: {share}, not {exact}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    /// Fills of the 27 cells that the plane `n . (x - middle) < d` cuts.
+    fn cut(n: [f64; 3], d: f64) -> Around<f64> {
+        let mut fill = [Lanes::all(0.0); 27];
+        for (cell, fill) in fill.iter_mut().enumerate() {
+            let at = [cell % 3, cell / 3 % 3, cell / 9].map(|x| x as f64 - 1.0);
+            let mut inside = 0;
+            for s in 0..20usize.pow(3) {
+                let x = [s % 20, s / 20 % 20, s / 400].map(|i| (i as f64 + 0.5) / 20.0 - 0.5);
+                inside += usize::from((0..3).map(|i| n[i] * (at[i] + x[i])).sum::<f64>() < d);
+            }
+            *fill = Lanes::all(inside as f64 / 8000.0);
+        }
+        fill
+    }
+
+    #[test]
+    fn normals_of_planes() {
+        for n in [[1.0, 0.0, 0.0], [0.2, 0.1, 0.7], [0.4, 0.2, 0.4], [0.5, 0.5, 0.0], [0.35, 0.3, 0.35]] {
+            for signs in [[1.0, 1.0, 1.0], [-1.0, 1.0, 1.0], [1.0, -1.0, -1.0]] {
+                let n = [0, 1, 2].map(|a| n[a] * signs[a]);
+                for d in [-0.1, 0.0, 0.2] {
+                    let found = normal(&cut(n, d)).map(|n| n.0[3]);
+                    let off = (0..3).map(|a| (found[a] - n[a]).abs()).fold(0.0, f64::max);
+                    assert!(off < 0.07, "{n:?} {d}: {found:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_order_of_axes() {
+        let n = [0.45, 0.45, 0.1];
+        let fill = cut(n, 0.1);
+        let found = normal(&fill).map(|n| n.0[0]);
+        assert!((found[0] - found[1]).abs() < 1e-12);
+    }
+}
