@@ -80,9 +80,11 @@ fn normal<T: Real>(fill: &Around<T>) -> [Lanes<T>; 3] {
     }
     let total = smooth[0].abs() + smooth[1].abs() + smooth[2].abs();
     let largest = smooth[0].abs().max(smooth[1].abs()).max(smooth[2].abs());
+    // In doubt the height, or rounding would decide: in the corner of a wall and a symmetry plane the two tie.
+    let further = (one + least) * Lanes::all(1.0 + 1e-4) * largest;
     let mut chosen = [zero; 3];
     for a in 0..3 {
-        chosen[a] = Lanes::where_greater(total, (one + least) * largest, smooth[a], height[a]);
+        chosen[a] = Lanes::where_greater(total, further, smooth[a], height[a]);
         chosen[a] = Lanes::where_greater(steep, least, chosen[a], smooth[a]);
     }
     let size = chosen[0].abs() + chosen[1].abs() + chosen[2].abs();
@@ -148,13 +150,13 @@ fn shares<T: Real>(normal: [Lanes<T>; 3], fill: Lanes<T>, velocity: [Lanes<T>; 3
     let mut shares = [zero; 6];
     for axis in 0..3 {
         let (v, w) = ((axis + 1) % 3, (axis + 2) % 3);
-        let scale = ((m[v] + m[v]) * m[w]).reciprocal();
+        let twice = ((m[v] + m[v]) * m[w]).reciprocal();
         // How far the slab's middle lies from that of the cell, towards the dry side.
-        let aside = half * normal[axis].sign() * (one - velocity[axis].abs().min(one));
+        let aside = half * scale * normal[axis] * (one - velocity[axis].abs().min(one));
         let moved = a + (ahead[v] + ahead[w]) - half * m[axis];
         for side in 0..2 {
             let aside = if side == 0 { aside } else { -aside };
-            let share = area(m[v], m[w], scale, moved - m[axis] * aside);
+            let share = area(m[v], m[w], twice, moved - aside);
             let share = Lanes::where_greater(known, half, share, within);
             let share = Lanes::where_greater(one, fill, share, one);
             shares[2 * axis + side] = Lanes::where_greater(fill, zero, share, zero);

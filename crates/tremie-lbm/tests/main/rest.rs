@@ -38,7 +38,7 @@ fn a_block_below_its_yield_stress_does_not_flow() {
     let after = cells(&*simulation);
     assert_eq!(before.count, after.count);
     for n in 0..before.fill.len() {
-        assert!((before.fill[n] - after.fill[n]).abs() < 0.01);
+        assert!((before.fill[n] - after.fill[n]).abs() < 0.01, "{n} {} {}", before.fill[n], after.fill[n]);
     }
 }
 
