@@ -31,13 +31,13 @@
 //! scheme is damped here, because everything but the stress itself relaxes at rate 1.
 
 use crate::lattice::{C, PAIRS, Q, W, each_pair};
-use crate::real::{Real, larger, smaller};
+use crate::real::{Number, Real, larger, smaller};
 use crate::relaxation::Relaxation;
 
 /// The magic parameter of the two relaxation rates.
 const MAGIC: f64 = 3.0 / 16.0;
 
-/// Moments of one cell before the collision, in lattice units.
+/// Moments of one cell, or of the cells of a row, before the collision, in lattice units.
 #[derive(Clone, Copy)]
 pub(crate) struct Moments<T> {
     /// Density less one.
@@ -61,7 +61,7 @@ pub(crate) struct Moments<T> {
 /// Fill below which an interface cell resists no less.
 const LEAST_FILL: f64 = 0.1;
 
-impl<T: Real> Moments<T> {
+impl<T: Number> Moments<T> {
     /// Relaxation rate: `1/omega - 1/2 = fill (1/omega(q/fill) - 1/2)`, which is the flow curve with stress and viscosity
     /// scaled by the fill.
     #[inline(always)]
@@ -81,7 +81,7 @@ pub(crate) const COMPONENT: [[usize; 3]; 3] = [[0, 3, 4], [3, 1, 5], [4, 5, 2]];
 
 /// `a + sign b` with a sign known to the compiler.
 #[inline(always)]
-fn add_signed<T: Real>(a: T, sign: i32, b: T) -> T {
+fn add_signed<T: Number>(a: T, sign: i32, b: T) -> T {
     match sign {
         0 => a,
         1 => a + b,
@@ -93,7 +93,7 @@ fn add_signed<T: Real>(a: T, sign: i32, b: T) -> T {
 ///
 /// The force is weighed by the fill `mass / density`, at most 1.
 #[inline(always)]
-pub(crate) fn moments<T: Real>(f: &[T; Q], mass: T, gravity: [T; 3]) -> Moments<T> {
+pub(crate) fn moments<T: Number>(f: &[T; Q], mass: T, gravity: [T; 3]) -> Moments<T> {
     let mut excess_density = f[0];
     let mut momentum = [T::ZERO; 3];
     let mut second = [T::ZERO; 6];
@@ -133,7 +133,7 @@ pub(crate) fn moments<T: Real>(f: &[T; Q], mass: T, gravity: [T; 3]) -> Moments<
 
 /// Populations after the collision, and the density.
 #[inline(always)]
-pub(crate) fn collide<T: Real, R: Relaxation<T>>(
+pub(crate) fn collide<T: Number, R: Relaxation<T>>(
     f: &[T; Q],
     mass: T,
     gravity: [T; 3],

@@ -3,9 +3,9 @@
 //! Each operation is a loop over the lanes that the compiler turns into one vector instruction; what differs between lanes is
 //! a choice, never a branch.
 
-use std::ops::{Add, Mul, Neg, Sub};
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-use crate::real::{Real, larger, smaller};
+use crate::real::{Number, Real};
 use crate::topology::EDGE;
 
 /// Lanes of a row.
@@ -17,17 +17,18 @@ pub(crate) const LANES: usize = EDGE;
 pub(crate) struct Lanes<T>(pub(crate) [T; LANES]);
 
 impl<T: Real> Lanes<T> {
-    #[inline(always)]
-    pub(crate) fn all(value: f64) -> Self {
-        Self([T::from_f64(value); LANES])
-    }
-
     /// The first eight values of a slice.
     #[inline(always)]
     pub(crate) fn load(from: &[T]) -> Self {
-        let mut new = [T::ZERO; LANES];
-        new.copy_from_slice(&from[..LANES]);
-        Self(new)
+        let mut new = Self::ZERO;
+        new.0.copy_from_slice(&from[..LANES]);
+        new
+    }
+
+    /// Writes to the first eight values of a slice.
+    #[inline(always)]
+    pub(crate) fn store(self, to: &mut [T]) {
+        to[..LANES].copy_from_slice(&self.0);
     }
 
     #[inline(always)]
@@ -48,45 +49,12 @@ impl<T: Real> Lanes<T> {
         new
     }
 
+    /// The numbers in lanes whose bit is set, those of `other` in the rest.
     #[inline(always)]
-    pub(crate) fn abs(self) -> Self {
-        self.each(T::abs)
-    }
-
-    #[inline(always)]
-    pub(crate) fn sqrt(self) -> Self {
-        self.each(T::sqrt)
-    }
-
-    #[inline(always)]
-    pub(crate) fn reciprocal(self) -> Self {
-        self.each(|x| T::ONE / x)
-    }
-
-    /// 1, 0 or -1.
-    #[inline(always)]
-    pub(crate) fn sign(self) -> Self {
-        let zero = Self::all(0.0);
-        let below = Self::where_greater(zero, self, Self::all(-1.0), zero);
-        Self::where_greater(self, zero, Self::all(1.0), below)
-    }
-
-    #[inline(always)]
-    pub(crate) fn max(self, other: Self) -> Self {
-        self.with(other, larger)
-    }
-
-    #[inline(always)]
-    pub(crate) fn min(self, other: Self) -> Self {
-        self.with(other, smaller)
-    }
-
-    /// `yes` in the lanes in which `a > b`, `no` in the others.
-    #[inline(always)]
-    pub(crate) fn where_greater(a: Self, b: Self, yes: Self, no: Self) -> Self {
-        let mut new = no;
+    pub(crate) fn choose(bits: u8, set: Self, other: Self) -> Self {
+        let mut new = other;
         for k in 0..LANES {
-            new.0[k] = if a.0[k] > b.0[k] { yes.0[k] } else { no.0[k] };
+            new.0[k] = if bits & (1 << k) != 0 { set.0[k] } else { other.0[k] };
         }
         new
     }
@@ -94,9 +62,37 @@ impl<T: Real> Lanes<T> {
     /// The numbers in lanes whose bit is set, 0 in the others.
     #[inline(always)]
     pub(crate) fn only(self, bits: u8) -> Self {
-        let mut new = self;
+        Self::choose(bits, self, Self::ZERO)
+    }
+}
+
+impl<T: Real> Number for Lanes<T> {
+    type Scalar = T;
+    const ZERO: Self = Self([T::ZERO; LANES]);
+    const ONE: Self = Self([T::ONE; LANES]);
+    const TINY: Self = Self([T::TINY; LANES]);
+    const INFINITY: Self = Self([T::INFINITY; LANES]);
+    #[inline(always)]
+    fn from_f64(value: f64) -> Self {
+        Self::splat(T::from_f64(value))
+    }
+    #[inline(always)]
+    fn splat(value: T) -> Self {
+        Self([value; LANES])
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.each(T::sqrt)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.each(T::abs)
+    }
+    #[inline(always)]
+    fn where_greater(a: Self, b: Self, yes: Self, no: Self) -> Self {
+        let mut new = no;
         for k in 0..LANES {
-            new.0[k] = if bits & (1 << k) != 0 { self.0[k] } else { T::ZERO };
+            new.0[k] = if a.0[k] > b.0[k] { yes.0[k] } else { no.0[k] };
         }
         new
     }
@@ -123,6 +119,28 @@ impl<T: Real> Mul for Lanes<T> {
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         self.with(other, |a, b| a * b)
+    }
+}
+
+impl<T: Real> Div for Lanes<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        self.with(other, |a, b| a / b)
+    }
+}
+
+impl<T: Real> AddAssign for Lanes<T> {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<T: Real> SubAssign for Lanes<T> {
+    #[inline(always)]
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
     }
 }
 

@@ -32,7 +32,7 @@ mod view;
 mod wall;
 
 pub use plan::Plan;
-pub use real::Real;
+pub use real::{Number, Real};
 pub use relaxation::{Bingham, Relaxation};
 pub use scaling::{Flow, Limits, Scaling, time_step};
 pub use simulation::{LatticeBoltzmann, simulation};

@@ -21,7 +21,7 @@
 use crate::grid::{FILL, SHARE, Shape, VELOCITY};
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, Q, each_pair};
-use crate::real::Real;
+use crate::real::{Number, Real, larger, smaller};
 use crate::rows::SurfaceRow;
 use crate::source::Source;
 use crate::topology::ROWS;
@@ -44,10 +44,17 @@ const STEEP: f64 = 1e6;
 /// A fill that means nothing.
 const NONE: f64 = 1e-6;
 
+/// 1, 0 or -1.
+#[inline(always)]
+fn sign<T: Real>(x: Lanes<T>) -> Lanes<T> {
+    let below = Lanes::where_greater(Lanes::ZERO, x, -Lanes::ONE, Lanes::ZERO);
+    Lanes::where_greater(x, Lanes::ZERO, Lanes::ONE, below)
+}
+
 /// Normal out of the fluid, its parts' sizes adding up to 1; zero where nothing tells it.
 #[inline(always)]
 fn normal<T: Real>(fill: &Around<T>) -> [Lanes<T>; 3] {
-    let [zero, half, one, two, none, steep] = [0.0, 0.5, 1.0, 2.0, NONE, STEEP].map(Lanes::<T>::all);
+    let [zero, half, one, two, none, steep] = [0.0, 0.5, 1.0, 2.0, NONE, STEEP].map(Lanes::<T>::from_f64);
     let mut rise = [zero; 3];
     let mut smooth = [zero; 3];
     // slope[h][n]: along axis h + n of the surface as a height over axis h.
@@ -67,45 +74,45 @@ fn normal<T: Real>(fill: &Around<T>) -> [Lanes<T>; 3] {
         let sum = slope[h][1].abs() + slope[h][2].abs();
         steepness[h] = Lanes::where_greater(rise[h].abs(), none, sum, steep);
     }
-    let least = steepness[0].min(steepness[1]).min(steepness[2]);
+    let least = smaller(smaller(steepness[0], steepness[1]), steepness[2]);
     // Equally good heights count equally, or the order of the axes would show.
-    let limit = least + least * Lanes::all(1e-5) + none;
+    let limit = least + least * Lanes::from_f64(1e-5) + none;
     let mut height = [zero; 3];
     for h in 0..3 {
-        let weight = Lanes::where_greater(steepness[h], limit, zero, (one + steepness[h]).reciprocal());
-        height[h] = height[h] + weight * rise[h].sign();
+        let weight = Lanes::where_greater(steepness[h], limit, zero, one / (one + steepness[h]));
+        height[h] += weight * sign(rise[h]);
         for n in 1..3 {
-            height[(h + n) % 3] = height[(h + n) % 3] + weight * slope[h][n];
+            height[(h + n) % 3] += weight * slope[h][n];
         }
     }
     let total = smooth[0].abs() + smooth[1].abs() + smooth[2].abs();
-    let largest = smooth[0].abs().max(smooth[1].abs()).max(smooth[2].abs());
+    let largest = larger(larger(smooth[0].abs(), smooth[1].abs()), smooth[2].abs());
     // In doubt the height, or rounding would decide: in the corner of a wall and a symmetry plane the two tie.
-    let further = (one + least) * Lanes::all(1.0 + 1e-4) * largest;
+    let further = (one + least) * Lanes::from_f64(1.0 + 1e-4) * largest;
     let mut chosen = [zero; 3];
     for a in 0..3 {
         chosen[a] = Lanes::where_greater(total, further, smooth[a], height[a]);
         chosen[a] = Lanes::where_greater(steep, least, chosen[a], smooth[a]);
     }
     let size = chosen[0].abs() + chosen[1].abs() + chosen[2].abs();
-    let scale = Lanes::where_greater(size, none, -size.max(none).reciprocal(), zero);
+    let scale = Lanes::where_greater(size, none, -one / larger(size, none), zero);
     [chosen[0] * scale, chosen[1] * scale, chosen[2] * scale]
 }
 
 /// The positive part.
 #[inline(always)]
 fn over<T: Real>(x: Lanes<T>) -> Lanes<T> {
-    x.max(Lanes::all(0.0))
+    larger(x, Lanes::ZERO)
 }
 
 /// Where the plane lies: `a` such that `m . x < a` has the volume `fill` in the unit cube.
 #[inline(always)]
 fn offset<T: Real>(m: [Lanes<T>; 3], fill: Lanes<T>) -> Lanes<T> {
-    let [half, one, three, tiny] = [0.5, 1.0, 3.0, 1e-30].map(Lanes::<T>::all);
-    let least = fill.min(one - fill);
-    let volume = Lanes::all(6.0) * m[0] * m[1] * m[2] * least;
+    let [half, one, three] = [0.5, 1.0, 3.0].map(Lanes::<T>::from_f64);
+    let least = smaller(fill, one - fill);
+    let volume = Lanes::from_f64(6.0) * m[0] * m[1] * m[2] * least;
     // Never below the root, for any normal.
-    let mut a = (Lanes::all(0.63) * over(least).sqrt().sqrt()).min(half);
+    let mut a = smaller(Lanes::from_f64(0.63) * over(least).sqrt().sqrt(), half);
     let pairs = [m[0] + m[1], m[0] + m[2], m[1] + m[2]];
     for _ in 0..TURNS {
         let mut growth = a * a;
@@ -113,11 +120,11 @@ fn offset<T: Real>(m: [Lanes<T>; 3], fill: Lanes<T>) -> Lanes<T> {
         for n in 0..3 {
             let (less, more) = (over(a - m[n]), over(a - pairs[n]));
             let (less2, more2) = (less * less, more * more);
-            growth = growth + (more2 - less2);
-            value = value + (more2 * more - less2 * less);
+            growth += more2 - less2;
+            value += more2 * more - less2 * less;
         }
-        let step = (value - volume) * (three * growth).max(tiny).reciprocal();
-        a = over(a - step).min(half);
+        let step = (value - volume) / larger(three * growth, Lanes::TINY);
+        a = smaller(over(a - step), half);
     }
     Lanes::where_greater(fill, half, one - a, a)
 }
@@ -127,32 +134,32 @@ fn offset<T: Real>(m: [Lanes<T>; 3], fill: Lanes<T>) -> Lanes<T> {
 fn area<T: Real>(p: Lanes<T>, q: Lanes<T>, scale: Lanes<T>, a: Lanes<T>) -> Lanes<T> {
     let square = |x: Lanes<T>| over(x) * over(x);
     let wet = square(a) - square(a - p) - square(a - q) + square(a - p - q);
-    over(wet * scale).min(Lanes::all(1.0))
+    smaller(over(wet * scale), Lanes::ONE)
 }
 
 /// Wet shares of the six faces, in the order of the velocities 1 to 6.
 #[inline(always)]
 fn shares<T: Real>(normal: [Lanes<T>; 3], fill: Lanes<T>, velocity: [Lanes<T>; 3]) -> [Lanes<T>; 6] {
-    let [zero, half, one, least] = [0.0, 0.5, 1.0, LEAST].map(Lanes::<T>::all);
+    let [zero, half, one, least] = [0.0, 0.5, 1.0, LEAST].map(Lanes::<T>::from_f64);
     let mut m = [zero; 3];
     for a in 0..3 {
-        m[a] = normal[a].abs().max(least);
+        m[a] = larger(normal[a].abs(), least);
     }
-    let scale = (m[0] + m[1] + m[2]).reciprocal();
+    let scale = one / (m[0] + m[1] + m[2]);
     let mut ahead = [zero; 3];
     for a in 0..3 {
         m[a] = m[a] * scale;
         ahead[a] = half * scale * normal[a] * velocity[a];
     }
-    let within = over(fill).min(one);
+    let within = smaller(over(fill), one);
     let a = offset(m, within);
     let known = normal[0].abs() + normal[1].abs() + normal[2].abs();
     let mut shares = [zero; 6];
     for axis in 0..3 {
         let (v, w) = ((axis + 1) % 3, (axis + 2) % 3);
-        let twice = ((m[v] + m[v]) * m[w]).reciprocal();
+        let twice = one / ((m[v] + m[v]) * m[w]);
         // How far the slab's middle lies from that of the cell, towards the dry side.
-        let aside = half * scale * normal[axis] * (one - velocity[axis].abs().min(one));
+        let aside = half * scale * normal[axis] * (one - smaller(velocity[axis].abs(), one));
         let moved = a + (ahead[v] + ahead[w]) - half * m[axis];
         for side in 0..2 {
             let aside = if side == 0 { aside } else { -aside };
@@ -168,28 +175,28 @@ fn shares<T: Real>(normal: [Lanes<T>; 3], fill: Lanes<T>, velocity: [Lanes<T>; 3
 /// Velocity of the cells of a row before their populations move.
 #[inline(always)]
 fn velocities<T: Real>(source: &Source<'_, T>, first: usize, gravity: [T; 3]) -> [Lanes<T>; 3] {
-    let load = |i: usize| Lanes::load(&source.own[i][first..first + LANES]);
-    let [zero, one] = [0.0, 1.0].map(Lanes::<T>::all);
+    let load = |i: usize| Lanes::load(&source.own[i][first..]);
+    let [zero, one] = [0.0, 1.0].map(Lanes::<T>::from_f64);
     let mut excess = load(0);
     let mut j = [zero; 3];
     each_pair!(P, {
         let (a, b) = (load(2 * P + 1), load(2 * P + 2));
         let c = const { C[2 * P + 1] };
-        excess = excess + (a + b);
+        excess += a + b;
         for axis in 0..3 {
             match c[axis] {
                 0 => {}
-                1 => j[axis] = j[axis] + (a - b),
-                _ => j[axis] = j[axis] - (a - b),
+                1 => j[axis] += a - b,
+                _ => j[axis] -= a - b,
             }
         }
     });
-    let inverse = (one + excess).reciprocal();
+    let inverse = one / (one + excess);
     // Half of the force that the collision gave, weighed by the fill as there.
-    let half = Lanes::all(0.5) * over(load(FILL)).min(one);
+    let half = Lanes::from_f64(0.5) * smaller(over(load(FILL)), one);
     let mut u = [zero; 3];
     for axis in 0..3 {
-        u[axis] = j[axis] * inverse - half * Lanes([gravity[axis]; LANES]);
+        u[axis] = j[axis] * inverse - half * Lanes::splat(gravity[axis]);
     }
     u
 }
@@ -197,7 +204,7 @@ fn velocities<T: Real>(source: &Source<'_, T>, first: usize, gravity: [T; 3]) ->
 /// The fills around the cells of a row; beyond a wall the surface goes on mirrored.
 #[inline(always)]
 fn fills<T: Real>(source: &Source<'_, T>, row: &SurfaceRow) -> Around<T> {
-    let mut fill = [Lanes::all(0.0); 27];
+    let mut fill = [Lanes::from_f64(0.0); 27];
     for (n, fill) in fill.iter_mut().enumerate() {
         let c = [n % 3, n / 3 % 3, n / 9].map(|at| 1 - at as i32);
         source.pull(&row.beside, c, FILL, true, &mut fill.0);
@@ -234,12 +241,12 @@ pub(crate) fn reconstruct<T: Real>(
     let first = (usize::from(row.row) & (ROWS - 1)) * LANES;
     let velocity = velocities(source, first, gravity);
     for axis in 0..3 {
-        shape[VELOCITY + axis][first..first + LANES].copy_from_slice(&velocity[axis].0);
+        velocity[axis].store(&mut shape[VELOCITY + axis][first..]);
     }
     let fill = fills(source, row);
     let shares = shares(normal(&fill), fill[13], velocity);
     for face in 0..6 {
-        shape[SHARE + face][first..first + LANES].copy_from_slice(&shares[face].0);
+        shares[face].store(&mut shape[SHARE + face][first..]);
     }
 }
 
@@ -278,7 +285,8 @@ mod tests {
             for fill in [0.002, 0.03, 0.2, 0.5, 0.7, 0.95] {
                 let m = n.map(|x| x.max(LEAST));
                 let m = m.map(|x| x / m.iter().sum::<f64>());
-                let volume = count(m, offset(m.map(Lanes::all), Lanes::<f64>::all(fill)).0[0], None);
+                let volume =
+                    count(m, offset(m.map(Lanes::from_f64), Lanes::<f64>::from_f64(fill)).0[0], None);
                 assert!((volume - fill).abs() < 4e-3, "{n:?}: {volume} for {fill}");
             }
         }
@@ -290,8 +298,9 @@ mod tests {
             for fill in [0.1, 0.4, 0.8] {
                 let m = n.map(|x| x.max(LEAST));
                 let m = m.map(|x| x / m.iter().sum::<f64>());
-                let a = offset(m.map(Lanes::all), Lanes::<f64>::all(fill)).0[0];
-                let at_rest = shares(n.map(Lanes::all), Lanes::<f64>::all(fill), [Lanes::all(0.0); 3]);
+                let a = offset(m.map(Lanes::from_f64), Lanes::<f64>::from_f64(fill)).0[0];
+                let at_rest =
+                    shares(n.map(Lanes::from_f64), Lanes::<f64>::from_f64(fill), [Lanes::from_f64(0.0); 3]);
                 for axis in (0..3).filter(|axis| n[*axis] > 0.0) {
                     for (side, at) in [(0, 1.0), (1, 0.0)] {
                         let exact = count(m, a, Some((axis, at)));
@@ -308,7 +317,7 @@ mod tests {
 
     /// Fills of the 27 cells that the plane `n . (x - middle) < d` cuts.
     fn cut(n: [f64; 3], d: f64) -> Around<f64> {
-        let mut fill = [Lanes::all(0.0); 27];
+        let mut fill = [Lanes::from_f64(0.0); 27];
         for (cell, fill) in fill.iter_mut().enumerate() {
             let at = [cell % 3, cell / 3 % 3, cell / 9].map(|x| x as f64 - 1.0);
             let mut inside = 0;
@@ -316,7 +325,7 @@ mod tests {
                 let x = [s % 20, s / 20 % 20, s / 400].map(|i| (i as f64 + 0.5) / 20.0 - 0.5);
                 inside += usize::from((0..3).map(|i| n[i] * (at[i] + x[i])).sum::<f64>() < d);
             }
-            *fill = Lanes::all(inside as f64 / 8000.0);
+            *fill = Lanes::from_f64(inside as f64 / 8000.0);
         }
         fill
     }

@@ -5,18 +5,13 @@ use tremie_output::state::Array;
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-/// Arithmetic that the kernels need, no more.
+/// Arithmetic that the kernels need, no more: on one number, or on the eight cells of a row at once (`lanes`).
 ///
 /// There is no fused multiply-add on purpose: without it every processor, with whatever vector width, gives
 /// the same bits.
-pub trait Real:
+pub trait Number:
     Copy
     + Debug
-    + Default
-    + PartialOrd
-    + Send
-    + Sync
-    + bytemuck::Pod
     + Add<Output = Self>
     + Sub<Output = Self>
     + Mul<Output = Self>
@@ -24,10 +19,9 @@ pub trait Real:
     + Neg<Output = Self>
     + AddAssign
     + SubAssign
-    + 'static
 {
-    /// Name as in the case file.
-    const NAME: &'static str;
+    /// The type of one number.
+    type Scalar: Real;
     /// Zero.
     const ZERO: Self;
     /// One.
@@ -38,12 +32,22 @@ pub trait Real:
     const INFINITY: Self;
     /// Rounds from `f64`.
     fn from_f64(value: f64) -> Self;
-    /// Widens to `f64`.
-    fn to_f64(self) -> f64;
+    /// The same number in every lane.
+    fn splat(value: Self::Scalar) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
+    /// `yes` where `a > b`, `no` elsewhere.
+    fn where_greater(a: Self, b: Self, yes: Self, no: Self) -> Self;
+}
+
+/// The type of populations, as stored.
+pub trait Real: Number<Scalar = Self> + Default + PartialOrd + Send + Sync + bytemuck::Pod + 'static {
+    /// Name as in the case file.
+    const NAME: &'static str;
+    /// Widens to `f64`.
+    fn to_f64(self) -> f64;
     /// As an array of a checkpoint.
     fn into_array(values: Vec<Self>) -> Array;
     /// From an array of a checkpoint; `None` if that has another type.
@@ -52,8 +56,8 @@ pub trait Real:
 
 macro_rules! real {
     ($type:ident, $array:ident) => {
-        impl Real for $type {
-            const NAME: &'static str = stringify!($type);
+        impl Number for $type {
+            type Scalar = Self;
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
             const TINY: Self = 1e-30;
@@ -63,8 +67,8 @@ macro_rules! real {
                 value as $type
             }
             #[inline(always)]
-            fn to_f64(self) -> f64 {
-                self as f64
+            fn splat(value: Self) -> Self {
+                value
             }
             #[inline(always)]
             fn sqrt(self) -> Self {
@@ -73,6 +77,18 @@ macro_rules! real {
             #[inline(always)]
             fn abs(self) -> Self {
                 self.abs()
+            }
+            #[inline(always)]
+            fn where_greater(a: Self, b: Self, yes: Self, no: Self) -> Self {
+                if a > b { yes } else { no }
+            }
+        }
+
+        impl Real for $type {
+            const NAME: &'static str = stringify!($type);
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                self as f64
             }
             fn into_array(values: Vec<Self>) -> Array {
                 Array::$array(values)
@@ -90,14 +106,14 @@ macro_rules! real {
 real!(f32, F32);
 real!(f64, F64);
 
-/// The larger of two numbers, compiled to one vector instruction (`b` if either is not a number).
+/// The larger of two numbers (`b` if either is not a number).
 #[inline(always)]
-pub(crate) fn larger<T: Real>(a: T, b: T) -> T {
-    if a > b { a } else { b }
+pub(crate) fn larger<N: Number>(a: N, b: N) -> N {
+    N::where_greater(a, b, a, b)
 }
 
 /// The smaller of two numbers (`b` if either is not a number).
 #[inline(always)]
-pub(crate) fn smaller<T: Real>(a: T, b: T) -> T {
-    if a < b { a } else { b }
+pub(crate) fn smaller<N: Number>(a: N, b: N) -> N {
+    N::where_greater(b, a, a, b)
 }

@@ -14,12 +14,12 @@
 //!
 //! For a Bingham fluid `s = max(0, (q - 3 tau_y)/(3 nu_p + 1/2))`.
 
-use crate::real::{Real, larger};
+use crate::real::{Number, Real, larger};
 
 /// A flow curve in lattice units, as the collision asks for it.
-pub trait Relaxation<T>: Copy + Send + Sync {
+pub trait Relaxation<N>: Copy + Send + Sync {
     /// Relaxation rate omega in [0, 2) for the stress measure `q >= 0`.
-    fn omega(&self, q: T) -> T;
+    fn omega(&self, q: N) -> N;
 
     /// Whether the viscosity depends on the stress at all.
     fn is_newtonian(&self) -> bool;
@@ -27,10 +27,10 @@ pub trait Relaxation<T>: Copy + Send + Sync {
     /// Velocity >= 0 that a wall needs so that the half-cell at it shears by its own stress (module `wall`), where the cell
     /// itself is rigid: `2 v` is the mean of s(tau) over the half-cell, in which tau grows from `t - growth` to
     /// `t = traction - v/3` at the wall.
-    fn wall_velocity_rigid(&self, traction: T, growth: T) -> T;
+    fn wall_velocity_rigid(&self, traction: N, growth: N) -> N;
 
     /// The same where the cell has yielded and has the given fluidity: `4 v = s(t) - fluidity t`.
-    fn wall_velocity(&self, traction: T, fluidity: T) -> T;
+    fn wall_velocity(&self, traction: N, fluidity: N) -> N;
 }
 
 /// Newtonian and Bingham fluids.
@@ -58,34 +58,35 @@ impl<T: Real> Bingham<T> {
     }
 }
 
-impl<T: Real> Relaxation<T> for Bingham<T> {
+impl<N: Number> Relaxation<N> for Bingham<N::Scalar> {
     #[inline(always)]
-    fn omega(&self, q: T) -> T {
+    fn omega(&self, q: N) -> N {
         // At q = 0 the quotient is 0 without a yield stress (omega as for any q) and huge with one (omega = 0).
-        let flowing = T::ONE - self.threshold / larger(q, T::TINY);
-        larger(flowing, T::ZERO) * self.fastest
+        let flowing = N::ONE - N::splat(self.threshold) / larger(q, N::TINY);
+        larger(flowing, N::ZERO) * N::splat(self.fastest)
     }
 
     #[inline(always)]
     fn is_newtonian(&self) -> bool {
-        self.yield_stress == T::ZERO
+        self.yield_stress == N::Scalar::ZERO
     }
 
     #[inline(always)]
-    fn wall_velocity_rigid(&self, traction: T, growth: T) -> T {
+    fn wall_velocity_rigid(&self, traction: N, growth: N) -> N {
         // With x = t - tau_y the yielded share of the half-cell is x/growth, so 4 nu growth v = x^2, and v = 3 (X - x).
-        let excess = larger(traction - self.yield_stress, T::ZERO);
-        let b = T::from_f64(6.0) * self.plastic_viscosity * larger(growth, T::ZERO);
-        let x = (b * b + T::from_f64(2.0) * b * excess).sqrt() - b;
-        T::from_f64(3.0) * (excess - x)
+        let excess = larger(traction - N::splat(self.yield_stress), N::ZERO);
+        let b = N::from_f64(6.0) * N::splat(self.plastic_viscosity) * larger(growth, N::ZERO);
+        let x = (b * b + N::from_f64(2.0) * b * excess).sqrt() - b;
+        N::from_f64(3.0) * (excess - x)
     }
 
     #[inline(always)]
-    fn wall_velocity(&self, traction: T, fluidity: T) -> T {
-        let (four, third) = (T::from_f64(4.0), T::from_f64(1.0 / 3.0));
-        let share = fluidity * self.plastic_viscosity;
-        let excess = traction - self.yield_stress - share * traction;
-        larger(excess, T::ZERO) / (four * self.plastic_viscosity + third - third * share)
+    fn wall_velocity(&self, traction: N, fluidity: N) -> N {
+        let (four, third) = (N::from_f64(4.0), N::from_f64(1.0 / 3.0));
+        let viscosity = N::splat(self.plastic_viscosity);
+        let share = fluidity * viscosity;
+        let excess = traction - N::splat(self.yield_stress) - share * traction;
+        larger(excess, N::ZERO) / (four * viscosity + third - third * share)
     }
 }
 
@@ -152,9 +153,9 @@ mod tests {
 
     #[test]
     fn no_stress_is_no_trouble() {
-        assert_eq!(Bingham::<f32>::new(1e-5, 0.1).omega(0.0), 0.0);
+        assert_eq!(Bingham::<f32>::new(1e-5, 0.1).omega(0.0f32), 0.0);
         let newtonian = Bingham::<f32>::new(0.0, 0.5);
-        assert_eq!(newtonian.omega(0.0), 0.5);
-        assert_eq!(newtonian.omega(0.0), newtonian.omega(0.1));
+        assert_eq!(newtonian.omega(0.0f32), 0.5);
+        assert_eq!(newtonian.omega(0.0f32), newtonian.omega(0.1));
     }
 }

@@ -3,7 +3,7 @@
 use crate::grid::{FILL, Field, SHAPES, STRIDE, Shape};
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, MIRROR, Q, each_pair};
-use crate::real::Real;
+use crate::real::{Number, Real};
 use crate::rows::{Beside, upstream};
 use crate::topology::{Links, ROWS, Topology};
 
@@ -87,25 +87,29 @@ impl<'a, T: Real> Source<'a, T> {
         pull(&self.near, self.links, beside, c, seen, to);
     }
 
-    /// Populations arriving in a row from the cells around it, whatever these are; each velocity's from lane `at` on.
+    /// Populations arriving in a row from the cells around it, whatever these are.
     #[inline(always)]
-    fn pull_all<const B: usize>(&self, beside: &Beside, mirrors: bool, f: &mut [[T; B]; Q], at: usize) {
-        self.pull(beside, C[0], 0, mirrors, &mut f[0][at..at + LANES]);
+    fn pull_all(&self, beside: &Beside, mirrors: bool) -> [Lanes<T>; Q] {
+        let mut f = [Lanes::ZERO; Q];
+        self.pull(beside, C[0], 0, mirrors, &mut f[0].0);
         each_pair!(P, {
             let (a, b) = (2 * P + 1, 2 * P + 2);
-            self.pull(beside, const { C[2 * P + 1] }, a, mirrors, &mut f[a][at..at + LANES]);
-            self.pull(beside, const { C[2 * P + 2] }, b, mirrors, &mut f[b][at..at + LANES]);
+            self.pull(beside, const { C[2 * P + 1] }, a, mirrors, &mut f[a].0);
+            self.pull(beside, const { C[2 * P + 2] }, b, mirrors, &mut f[b].0);
         });
+        f
     }
 
     /// [`Source::pull_all`] with the choice about mirrors made once for the row.
     #[inline(always)]
-    pub(crate) fn arrive<const B: usize>(&self, beside: &Beside, f: &mut [[T; B]; Q], at: usize) {
-        if self.mirrors {
-            self.pull_all(beside, true, f, at);
-        } else {
-            self.pull_all(beside, false, f, at);
-        }
+    pub(crate) fn arriving(&self, beside: &Beside) -> [Lanes<T>; Q] {
+        if self.mirrors { self.pull_all(beside, true) } else { self.pull_all(beside, false) }
+    }
+
+    /// The block's own values of a row in the array `i`.
+    #[inline(always)]
+    pub(crate) fn own(&self, i: usize, first: usize) -> Lanes<T> {
+        Lanes::load(&self.own[i][first..])
     }
 }
 
@@ -126,7 +130,7 @@ impl<'a, T: Real> Surroundings<'a, T> {
     /// The eight values of array `array` for a row, each taken from the cell at -c. Mirrors do not change them.
     #[inline(always)]
     pub(crate) fn pull(&self, beside: &Beside, c: [i32; 3], array: usize) -> Lanes<T> {
-        let mut to = Lanes::all(0.0);
+        let mut to = Lanes::from_f64(0.0);
         pull(&self.near, self.links, beside, c, |_| array * STRIDE, &mut to.0);
         to
     }

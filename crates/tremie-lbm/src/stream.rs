@@ -11,29 +11,23 @@
 //!
 //! What an interface cell gains is told by `transport`.
 //!
-//! Bulk rows skip all of this. Rows are worked on a few at a time in a buffer that stays in the first cache, in loops
-//! over lanes that the compiler turns into vector instructions; whatever differs between the lanes of a row is a choice
-//! by a bit, not a branch.
+//! Bulk rows skip all of this. The eight cells of a row are worked on at once (`lanes`); whatever differs between them
+//! is a choice by a bit, not a branch.
 
 use rayon::prelude::*;
 
 use crate::collision::{COMPONENT, Moments, collide, moments};
 use crate::grid::{FILL, Field, Grid, Kinds, Shape, VELOCITY};
-use crate::lanes::LANES;
+use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, Q, W, each_pair, opposite};
 use crate::plane::reconstruct;
-use crate::real::Real;
+use crate::real::{Number, Real};
 use crate::relaxation::Relaxation;
 use crate::rows::{BulkRow, Rows, SurfaceRow};
 use crate::source::{Source, Surroundings};
 use crate::topology::{CELLS, ROWS};
 use crate::transport::gains;
 use crate::wall::{FACES, SLANTED, tangents, wall_velocity};
-
-/// Rows worked on at a time.
-const BATCH_ROWS: usize = 4;
-/// Cells worked on at a time.
-const BATCH: usize = BATCH_ROWS * LANES;
 
 /// Fill above which an interface cell becomes liquid, and below which it becomes air.
 const FULL: f64 = 1.01;
@@ -78,135 +72,95 @@ impl Default for Findings {
     }
 }
 
-/// A few rows on their way through a step.
-struct Batch<T> {
-    /// Populations, by velocity and lane.
-    f: [[T; BATCH]; Q],
+/// A row on its way through a step.
+struct Passing<T> {
+    /// Populations.
+    f: [Lanes<T>; Q],
     /// Mass of interface cells, infinite in all others.
-    mass: [T; BATCH],
+    mass: Lanes<T>,
     /// Mass that interface cells gain in this step.
-    gain: [f64; BATCH],
-    density: [T; BATCH],
+    gain: [f64; LANES],
 }
 
-impl<T: Real> Batch<T> {
-    fn new() -> Self {
-        Self {
-            f: [[T::ZERO; BATCH]; Q],
-            mass: [T::INFINITY; BATCH],
-            gain: [0.0; BATCH],
-            density: [T::ONE; BATCH],
-        }
-    }
-}
-
-/// `a` in lanes whose bit is set, `b` in the others.
+/// The first cell of a row.
 #[inline(always)]
-fn choose<T>(bits: u8, lane: usize, a: T, b: T) -> T {
-    if bits & (1 << lane) != 0 { a } else { b }
+fn first_of(row: u8) -> usize {
+    (usize::from(row) & (ROWS - 1)) * LANES
 }
 
 impl<'a, T: Real> Source<'a, T> {
     /// Makes up what should come from the air.
     #[inline(always)]
-    fn meet_air(
-        &self,
-        around: &SurfaceRow,
-        surface: &Surroundings<'_, T>,
-        f: &mut [[T; BATCH]; Q],
-        at: usize,
-    ) {
-        let (own, first) = (self.own, (usize::from(around.row) & (ROWS - 1)) * LANES);
+    fn meet_air(&self, around: &SurfaceRow, surface: &Surroundings<'_, T>, f: &mut [Lanes<T>; Q]) {
+        let first = first_of(around.row);
         // The gas has density 1 and moves with the fluid.
-        let u: [[T; LANES]; 3] =
-            std::array::from_fn(|axis| std::array::from_fn(|k| surface.own[VELOCITY + axis][first + k]));
-        let square: [T; LANES] = std::array::from_fn(|k| {
-            T::from_f64(1.5) * (u[0][k] * u[0][k] + u[1][k] * u[1][k] + u[2][k] * u[2][k])
-        });
+        let u = [0, 1, 2].map(|axis| Lanes::load(&surface.own[VELOCITY + axis][first..]));
+        let square = Lanes::from_f64(1.5) * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
         each_pair!(P, {
             let (a, b) = (2 * P + 1, 2 * P + 2);
             let (from_a, from_b) = (around.missing[a], around.missing[b]);
             if from_a | from_b != 0 {
                 let c = const { C[2 * P + 1] };
-                for k in 0..LANES {
-                    let mut along = T::ZERO;
-                    for axis in 0..3 {
-                        match c[axis] {
-                            0 => {}
-                            1 => along += u[axis][k],
-                            _ => along -= u[axis][k],
-                        }
+                let mut along = Lanes::ZERO;
+                for axis in 0..3 {
+                    match c[axis] {
+                        0 => {}
+                        1 => along += u[axis],
+                        _ => along -= u[axis],
                     }
-                    let both = T::from_f64(2.0 * W[a]) * (T::from_f64(4.5) * along * along - square[k]);
-                    f[a][at + k] = choose(from_a, k, both - own[b][first + k], f[a][at + k]);
-                    f[b][at + k] = choose(from_b, k, both - own[a][first + k], f[b][at + k]);
                 }
+                let both = Lanes::from_f64(2.0 * W[a]) * (Lanes::from_f64(4.5) * along * along - square);
+                f[a] = Lanes::choose(from_a, both - self.own(b, first), f[a]);
+                f[b] = Lanes::choose(from_b, both - self.own(a, first), f[b]);
             }
         });
     }
 
     /// Sends back what would go into walls.
     #[inline(always)]
-    fn meet_walls(&self, around: &SurfaceRow, f: &mut [[T; BATCH]; Q], at: usize) {
-        let (own, first) = (self.own, (usize::from(around.row) & (ROWS - 1)) * LANES);
+    fn meet_walls(&self, around: &SurfaceRow, f: &mut [Lanes<T>; Q]) {
+        let first = first_of(around.row);
         for i in 1..Q {
             let solid = around.solid[i];
             if solid == 0 {
                 continue;
             }
-            for k in 0..LANES {
-                f[i][at + k] = choose(solid, k, own[opposite(i)][first + k], f[i][at + k]);
-            }
+            f[i] = Lanes::choose(solid, self.own(opposite(i), first), f[i]);
             if self.topology.moving_walls() {
-                self.drag(first, i, solid, &mut f[i][at..at + LANES]);
+                self.drag(first, i, solid, &mut f[i].0);
             }
         }
     }
 
     /// Lets the half-cells at flat walls yield by their own stress (module `wall`).
-    ///
-    /// All lanes of the batch are worked on, whether they are at the wall or not: that is one vector loop.
     #[inline(always)]
-    fn yield_at_walls<R: Relaxation<T>>(
+    fn yield_at_walls<R: Relaxation<Lanes<T>>>(
         &self,
-        rows: &[SurfaceRow],
+        row: &SurfaceRow,
         physics: &Physics<T, R>,
-        batch: &mut Batch<T>,
+        passing: &mut Passing<T>,
     ) {
+        let first = first_of(row.row);
         for face in 0..FACES.len() {
-            if rows.iter().all(|row| row.flat[face] == 0) {
+            if row.flat[face] == 0 {
                 continue;
             }
             let (axis, normal) = FACES[face];
             let [[a, b], [c, d]] = SLANTED[face];
-            let mut sent = [[T::ZERO; BATCH]; 4];
-            let mut weight = [T::ZERO; BATCH];
-            for (n, row) in rows.iter().enumerate() {
-                let (at, first) = (n * LANES, (usize::from(row.row) & (ROWS - 1)) * LANES);
-                for (sent, i) in sent.iter_mut().zip([a, b, c, d]) {
-                    sent[at..at + LANES].copy_from_slice(&self.own[opposite(i)][first..first + LANES]);
-                }
-                for k in 0..LANES {
-                    weight[at + k] = choose(row.flat[face], k, T::from_f64(1.0 / 6.0), T::ZERO);
-                }
-            }
-            let shear = tangents(axis).map(|t| COMPONENT[axis][t]);
-            let normal = T::from_f64(f64::from(normal));
-            for k in 0..BATCH {
-                let f: [T; Q] = std::array::from_fn(|i| batch.f[i][k]);
-                let m = moments(&f, batch.mass[k], physics.gravity);
-                let stress = shear.map(|n| -normal * m.stress[n]);
-                // Momentum that the wall takes along the two tangents.
-                let traction = [
-                    batch.f[b][k] + sent[1][k] - batch.f[a][k] - sent[0][k],
-                    batch.f[d][k] + sent[3][k] - batch.f[c][k] - sent[2][k],
-                ];
-                let push = wall_velocity(&m, stress, traction, &physics.law).map(|v| weight[k] * v);
-                batch.f[a][k] += push[0];
-                batch.f[b][k] -= push[0];
-                batch.f[c][k] += push[1];
-                batch.f[d][k] -= push[1];
-            }
+            let m = moments(&passing.f, passing.mass, physics.gravity.map(Lanes::splat));
+            let normal = Lanes::from_f64(-f64::from(normal));
+            let stress = tangents(axis).map(|t| normal * m.stress[COMPONENT[axis][t]]);
+            let f = &mut passing.f;
+            // Momentum that the wall takes along the two tangents.
+            let taken = |from: usize, to: usize| {
+                f[to] + self.own(opposite(to), first) - f[from] - self.own(opposite(from), first)
+            };
+            let push = wall_velocity(&m, stress, [taken(a, b), taken(c, d)], &physics.law)
+                .map(|v| (Lanes::from_f64(1.0 / 6.0) * v).only(row.flat[face]));
+            f[a] += push[0];
+            f[b] -= push[0];
+            f[c] += push[1];
+            f[d] -= push[1];
         }
     }
 
@@ -220,101 +174,83 @@ impl<'a, T: Real> Source<'a, T> {
         }
     }
 
-    /// Fills a batch with bulk rows, ready to collide.
+    /// A bulk row, ready to collide.
     #[inline(always)]
-    fn load_bulk(&self, rows: &[BulkRow], batch: &mut Batch<T>) {
-        for (n, row) in rows.iter().enumerate() {
-            self.arrive(&row.beside, &mut batch.f, n * LANES);
-        }
-        batch.mass = [T::INFINITY; BATCH];
+    fn bulk(&self, row: &BulkRow) -> Passing<T> {
+        Passing { f: self.arriving(&row.beside), mass: Lanes::INFINITY, gain: [0.0; LANES] }
     }
 
-    /// Fills a batch with surface rows, ready to collide.
+    /// A surface row, ready to collide; `mass` is that of the block's interface cells.
     #[inline(always)]
-    fn load_surface<R: Relaxation<T>>(
+    fn surface<R: Relaxation<Lanes<T>>>(
         &self,
         surface: &Surroundings<'_, T>,
-        rows: &[SurfaceRow],
+        row: &SurfaceRow,
         physics: &Physics<T, R>,
-        batch: &mut Batch<T>,
         mass: &mut [f64; CELLS],
-    ) {
-        for (n, row) in rows.iter().enumerate() {
-            self.arrive(&row.beside, &mut batch.f, n * LANES);
-        }
-        for (n, row) in rows.iter().enumerate() {
-            let at = n * LANES;
-            if row.kinds.interface != 0 {
-                let first = (usize::from(row.row) & (ROWS - 1)) * LANES;
-                let gains = gains(self, surface, row, &batch.f, at);
-                for k in 0..LANES {
-                    mass[first + k] += gains[k];
-                }
-                batch.gain[at..at + LANES].copy_from_slice(&gains);
-                if row.any_air | row.any_interface != 0 {
-                    self.meet_air(row, surface, &mut batch.f, at);
-                }
-            }
-            if row.any_solid != 0 {
-                self.meet_walls(row, &mut batch.f, at);
-            }
-            let wet = row.kinds.wet();
-            if wet != 0xff {
-                for i in 0..Q {
-                    for k in 0..LANES {
-                        batch.f[i][at + k] = choose(wet, k, batch.f[i][at + k], T::ZERO);
-                    }
-                }
-            }
-            let first = (usize::from(row.row) & (ROWS - 1)) * LANES;
+    ) -> Passing<T> {
+        let first = first_of(row.row);
+        let mut passing =
+            Passing { f: self.arriving(&row.beside), mass: Lanes::INFINITY, gain: [0.0; LANES] };
+        if row.kinds.interface != 0 {
+            passing.gain = gains(self, surface, row, &passing.f);
+            let mut held = Lanes::ZERO;
             for k in 0..LANES {
-                let held = T::from_f64(mass[first + k]);
-                batch.mass[at + k] = choose(row.kinds.interface, k, held, T::INFINITY);
+                mass[first + k] += passing.gain[k];
+                held.0[k] = T::from_f64(mass[first + k]);
+            }
+            passing.mass = Lanes::choose(row.kinds.interface, held, Lanes::INFINITY);
+            if row.any_air | row.any_interface != 0 {
+                self.meet_air(row, surface, &mut passing.f);
+            }
+        }
+        if row.any_solid != 0 {
+            self.meet_walls(row, &mut passing.f);
+        }
+        let wet = row.kinds.wet();
+        if wet != 0xff {
+            for f in &mut passing.f {
+                *f = f.only(wet);
             }
         }
         if !physics.law.is_newtonian() {
-            self.yield_at_walls(rows, physics, batch);
+            self.yield_at_walls(row, physics, &mut passing);
         }
+        passing
     }
 }
 
-/// Collides all lanes of a batch.
+/// Collides a row, writes it back, and notes a cell that is no longer sound. Returns the density.
 #[inline(always)]
-fn collide_batch<T: Real, R: Relaxation<T>>(physics: &Physics<T, R>, batch: &mut Batch<T>) {
-    for k in 0..BATCH {
-        let f: [T; Q] = std::array::from_fn(|i| batch.f[i][k]);
-        let (post, density) = collide(&f, batch.mass[k], physics.gravity, &physics.law);
-        for i in 0..Q {
-            batch.f[i][k] = post[i];
-        }
-        batch.density[k] = density;
-    }
-}
-
-/// Writes a row of a batch back, and notes a cell that is no longer sound.
-#[inline(always)]
-fn store<T: Real>(batch: &Batch<T>, at: usize, row: u8, back: &mut Field<T>, findings: &mut Findings) {
-    let first = (usize::from(row) & (ROWS - 1)) * LANES;
+fn collide_row<T: Real, R: Relaxation<Lanes<T>>>(
+    passing: &Passing<T>,
+    row: u8,
+    physics: &Physics<T, R>,
+    back: &mut Field<T>,
+    findings: &mut Findings,
+) -> Lanes<T> {
+    let first = first_of(row);
+    let (post, density) = collide(&passing.f, passing.mass, physics.gravity.map(Lanes::splat), &physics.law);
     for i in 0..Q {
-        back[i][first..first + LANES].copy_from_slice(&batch.f[i][at..at + LANES]);
+        post[i].store(&mut back[i][first..]);
     }
     let [low, high] = SOUND.map(T::from_f64);
     let mut unsound = 0u8;
     for k in 0..LANES {
-        let density = batch.density[at + k];
-        unsound |= u8::from(!(density > low && density < high)) << k;
+        unsound |= u8::from(!(density.0[k] > low && density.0[k] < high)) << k;
     }
     if unsound != 0 {
         findings.broken.get_or_insert(first + unsound.trailing_zeros() as usize);
     }
+    density
 }
 
 /// New fill of the interface cells of a row, and which of them want to become liquid or air.
 #[inline(always)]
 fn judge<T: Real>(
     around: &SurfaceRow,
-    batch: &Batch<T>,
-    at: usize,
+    gain: &[f64; LANES],
+    density: Lanes<T>,
     mass: &[f64; CELLS],
     back: &mut Field<T>,
     findings: &mut Findings,
@@ -324,13 +260,12 @@ fn judge<T: Real>(
     let interface = around.kinds.interface;
     let (mut fill, mut rising, mut falling) = ([0.0; LANES], 0u8, 0u8);
     for k in 0..LANES {
-        fill[k] = mass[first + k] / batch.density[at + k].to_f64();
-        let other = choose(around.kinds.liquid, k, T::ONE, T::ZERO);
-        back[FILL][first + k] = choose(interface, k, T::from_f64(fill[k]), other);
-        let gain = batch.gain[at + k];
-        rising |= u8::from(fill[k] > 1.0 - NEAR && gain > NEAR / SOON) << k;
-        falling |= u8::from(fill[k] < NEAR && gain < -NEAR / SOON) << k;
+        fill[k] = mass[first + k] / density.0[k].to_f64();
+        rising |= u8::from(fill[k] > 1.0 - NEAR && gain[k] > NEAR / SOON) << k;
+        falling |= u8::from(fill[k] < NEAR && gain[k] < -NEAR / SOON) << k;
     }
+    let other = Lanes::ONE.only(around.kinds.liquid);
+    Lanes::choose(interface, Lanes(fill.map(T::from_f64)), other).store(&mut back[FILL][first..]);
     let below = |limit: f64| (0..LANES).fold(0, |bits, k| bits | u8::from(fill[k] < limit) << k);
     let above = |limit: f64| (0..LANES).fold(0, |bits, k| bits | u8::from(fill[k] > limit) << k);
     let closed = !(around.any_air | around.any_interface);
@@ -343,7 +278,7 @@ fn judge<T: Real>(
 
 /// One step of one block.
 #[inline(always)]
-fn step_block<T: Real, R: Relaxation<T>>(
+fn step_block<T: Real, R: Relaxation<Lanes<T>>>(
     source: &Source<'_, T>,
     surface: &Surroundings<'_, T>,
     rows: &Rows,
@@ -352,58 +287,16 @@ fn step_block<T: Real, R: Relaxation<T>>(
     mass: &mut [f64; CELLS],
     findings: &mut Findings,
 ) {
-    let mut batch = Batch::new();
-    for rows in rows.bulk.chunks(BATCH_ROWS) {
-        source.load_bulk(rows, &mut batch);
-        collide_batch(physics, &mut batch);
-        for (n, row) in rows.iter().enumerate() {
-            store(&batch, n * LANES, row.row, back, findings);
+    for row in &rows.bulk {
+        collide_row(&source.bulk(row), row.row, physics, back, findings);
+    }
+    for row in &rows.surface {
+        let passing = source.surface(surface, row, physics, mass);
+        let density = collide_row(&passing, row.row, physics, back, findings);
+        if row.kinds.interface != 0 {
+            judge(row, &passing.gain, density, mass, back, findings);
         }
     }
-    for rows in rows.surface.chunks(BATCH_ROWS) {
-        source.load_surface(surface, rows, physics, &mut batch, mass);
-        collide_batch(physics, &mut batch);
-        for (n, row) in rows.iter().enumerate() {
-            store(&batch, n * LANES, row.row, back, findings);
-            if row.kinds.interface != 0 {
-                judge(row, &batch, n * LANES, mass, back, findings);
-            }
-        }
-    }
-}
-
-/// [`step_block`] compiled for processors with AVX2.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn step_block_avx2<T: Real, R: Relaxation<T>>(
-    source: &Source<'_, T>,
-    surface: &Surroundings<'_, T>,
-    rows: &Rows,
-    physics: &Physics<T, R>,
-    back: &mut Field<T>,
-    mass: &mut [f64; CELLS],
-    findings: &mut Findings,
-) {
-    step_block(source, surface, rows, physics, back, mass, findings);
-}
-
-/// [`step_block`] for the processor at hand. Both forms give the same bits: the same operations, only wider.
-#[allow(unsafe_code)]
-fn step_block_here<T: Real, R: Relaxation<T>>(
-    source: &Source<'_, T>,
-    surface: &Surroundings<'_, T>,
-    rows: &Rows,
-    physics: &Physics<T, R>,
-    back: &mut Field<T>,
-    mass: &mut [f64; CELLS],
-    findings: &mut Findings,
-) {
-    #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx2") {
-        // SAFETY: the processor was just asked whether it has AVX2.
-        return unsafe { step_block_avx2(source, surface, rows, physics, back, mass, findings) };
-    }
-    step_block(source, surface, rows, physics, back, mass, findings);
 }
 
 /// Finds the surface in all interface cells of a block.
@@ -414,27 +307,55 @@ fn reconstruct_block<T: Real>(source: &Source<'_, T>, rows: &Rows, gravity: [T; 
     }
 }
 
-/// [`reconstruct_block`] compiled for processors with AVX2.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn reconstruct_avx2<T: Real>(source: &Source<'_, T>, rows: &Rows, gravity: [T; 3], shape: &mut Shape<T>) {
-    reconstruct_block(source, rows, gravity, shape);
+/// Compiles a function again for processors with AVX2, and takes the form for the processor at hand. Both give the same
+/// bits: the same operations, only wider. (AVX-512 was tried and is no faster.)
+macro_rules! for_this_processor {
+    ($(#[$doc:meta])* $name:ident = $plain:ident<$($g:ident: $bound:path),*>($($arg:ident: $type:ty),*)) => {
+        $(#[$doc])*
+        #[allow(unsafe_code)]
+        fn $name<$($g: $bound),*>($($arg: $type),*) {
+            #[cfg(target_arch = "x86_64")]
+            {
+                #[target_feature(enable = "avx2")]
+                fn avx2<$($g: $bound),*>($($arg: $type),*) {
+                    $plain($($arg),*);
+                }
+                if std::arch::is_x86_feature_detected!("avx2") {
+                    // SAFETY: the processor was just asked whether it has AVX2.
+                    return unsafe { avx2($($arg),*) };
+                }
+            }
+            $plain($($arg),*);
+        }
+    };
 }
 
-/// [`reconstruct_block`] for the processor at hand, with the same bits.
-#[allow(unsafe_code)]
-fn reconstruct_here<T: Real>(source: &Source<'_, T>, rows: &Rows, gravity: [T; 3], shape: &mut Shape<T>) {
-    #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx2") {
-        // SAFETY: the processor was just asked whether it has AVX2.
-        return unsafe { reconstruct_avx2(source, rows, gravity, shape) };
-    }
-    reconstruct_block(source, rows, gravity, shape);
+for_this_processor! {
+    /// [`step_block`] for the processor at hand.
+    step_block_here = step_block<T: Real, R: Relaxation<Lanes<T>>>(
+        source: &Source<'_, T>,
+        surface: &Surroundings<'_, T>,
+        rows: &Rows,
+        physics: &Physics<T, R>,
+        back: &mut Field<T>,
+        mass: &mut [f64; CELLS],
+        findings: &mut Findings
+    )
+}
+
+for_this_processor! {
+    /// [`reconstruct_block`] for the processor at hand.
+    reconstruct_here = reconstruct_block<T: Real>(
+        source: &Source<'_, T>,
+        rows: &Rows,
+        gravity: [T; 3],
+        shape: &mut Shape<T>
+    )
 }
 
 impl<T: Real> Grid<T> {
     /// Streams and collides all blocks once. The new populations are in `front` afterwards.
-    pub(crate) fn step<R: Relaxation<T>>(
+    pub(crate) fn step<R: Relaxation<Lanes<T>>>(
         &mut self,
         rows: &[Rows],
         physics: &Physics<T, R>,
@@ -473,7 +394,7 @@ impl<T: Real> Grid<T> {
     }
 
     /// The moments of every wet cell of a block, as the next collision will see them.
-    pub(crate) fn moments<R: Relaxation<T>>(
+    pub(crate) fn moments<R: Relaxation<Lanes<T>>>(
         &self,
         slot: usize,
         rows: &Rows,
@@ -484,24 +405,17 @@ impl<T: Real> Grid<T> {
         let source = Source::new(topology, &links[slot], front, slot);
         let surface = Surroundings::new(&links[slot], shape, slot);
         let mut mass = self.mass[slot].clone();
-        let mut batch = Batch::new();
-        let mut show = |batch: &Batch<T>, n: usize, row: u8, kinds: Kinds| {
+        let mut show = |passing: &Passing<T>, row: u8, kinds: Kinds| {
             for k in (0..LANES).filter(|k| kinds.wet() >> k & 1 == 1) {
-                let f: [T; Q] = std::array::from_fn(|i| batch.f[i][n * LANES + k]);
-                see(usize::from(row) * LANES + k, &moments(&f, batch.mass[n * LANES + k], physics.gravity));
+                let f: [T; Q] = std::array::from_fn(|i| passing.f[i].0[k]);
+                see(first_of(row) + k, &moments(&f, passing.mass.0[k], physics.gravity));
             }
         };
-        for rows in rows.bulk.chunks(BATCH_ROWS) {
-            source.load_bulk(rows, &mut batch);
-            for (n, row) in rows.iter().enumerate() {
-                show(&batch, n, row.row, self.kinds[slot][usize::from(row.row)]);
-            }
+        for row in &rows.bulk {
+            show(&source.bulk(row), row.row, self.kinds[slot][usize::from(row.row)]);
         }
-        for rows in rows.surface.chunks(BATCH_ROWS) {
-            source.load_surface(&surface, rows, physics, &mut batch, &mut mass);
-            for (n, row) in rows.iter().enumerate() {
-                show(&batch, n, row.row, row.kinds);
-            }
+        for row in &rows.surface {
+            show(&source.surface(&surface, row, physics, &mut mass), row.row, row.kinds);
         }
     }
 }

@@ -24,7 +24,7 @@
 use crate::grid::{SHARE, VELOCITY};
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, Q, opposite};
-use crate::real::Real;
+use crate::real::{Number, Real};
 use crate::rows::SurfaceRow;
 use crate::source::{Source, Surroundings};
 use crate::topology::ROWS;
@@ -85,15 +85,14 @@ const ACROSS: [[[usize; 2]; 4]; 7] = {
 /// Mass that the interface cells of a row gain from their neighbours; `arriving` are the populations before they are
 /// mended at air and walls.
 #[inline(always)]
-pub(crate) fn gains<T: Real, const B: usize>(
+pub(crate) fn gains<T: Real>(
     source: &Source<'_, T>,
     surface: &Surroundings<'_, T>,
     row: &SurfaceRow,
-    arriving: &[[T; B]; Q],
-    at: usize,
+    arriving: &[Lanes<T>; Q],
 ) -> [f64; LANES] {
     let first = (usize::from(row.row) & (ROWS - 1)) * LANES;
-    let [zero, half, one, twelfth] = [0.0, 0.5, 1.0, 1.0 / 12.0].map(Lanes::<T>::all);
+    let [zero, half, one, twelfth] = [0.0, 0.5, 1.0, 1.0 / 12.0].map(Lanes::<T>::from_f64);
     let mut gain = [0.0f64; LANES];
     let mut add = |flux: Lanes<T>| {
         for k in 0..LANES {
@@ -107,8 +106,8 @@ pub(crate) fn gains<T: Real, const B: usize>(
             continue;
         }
         let ways = half.only(row.liquid[a] & between) + half.only(row.liquid[b] & between);
-        let leaving = Lanes::load(&source.own[opposite(i)][first..first + LANES]);
-        let net = Lanes::load(&arriving[i][at..at + LANES]) - leaving;
+        let leaving = Lanes::load(&source.own[opposite(i)][first..]);
+        let net = arriving[i] - leaving;
         add((one.only(row.liquid[i]) + ways) * net);
     }
     for i in 1..=6 {
@@ -119,10 +118,10 @@ pub(crate) fn gains<T: Real, const B: usize>(
         let axis = (i - 1) / 2;
         let mut u = [zero; 3];
         for a in 0..3 {
-            let here = Lanes::load(&surface.own[VELOCITY + a][first..first + LANES]);
+            let here = Lanes::load(&surface.own[VELOCITY + a][first..]);
             u[a] = half * (here + surface.pull(&row.beside, C[i], VELOCITY + a));
         }
-        let here = Lanes::load(&surface.own[SHARE + opposite(i) - 1][first..first + LANES]);
+        let here = Lanes::load(&surface.own[SHARE + opposite(i) - 1][first..]);
         let there = surface.pull(&row.beside, C[i], SHARE + i - 1);
         let through = if i % 2 == 1 { u[axis] } else { -u[axis] };
         let mut flux = Lanes::where_greater(through, zero, there, here) * through;
@@ -134,7 +133,7 @@ pub(crate) fn gains<T: Real, const B: usize>(
             }
             let along = u[(axis + 1 + n / 2) % 3];
             let along = if n % 2 == 0 { along } else { -along };
-            flux = flux - twelfth * ((through + along).only(to_here) + (through - along).only(slanted));
+            flux -= twelfth * ((through + along).only(to_here) + (through - along).only(slanted));
         }
         add(flux.only(open));
     }

@@ -23,7 +23,7 @@
 
 use crate::collision::Moments;
 use crate::lattice::{C, Q};
-use crate::real::{Real, larger};
+use crate::real::{Number, larger};
 use crate::relaxation::Relaxation;
 
 /// The six faces of a cell as (axis, sign of the normal that points from the wall into the fluid).
@@ -68,7 +68,7 @@ pub(crate) fn flat(solid: &[u8; Q]) -> [u8; 6] {
 /// Velocity along the two tangents that the wall needs, given the cell's moments, its stress on the plane of the wall, and
 /// the traction, both taken with the wall at rest.
 #[inline(always)]
-pub(crate) fn wall_velocity<T: Real, R: Relaxation<T>>(
+pub(crate) fn wall_velocity<T: Number, R: Relaxation<T>>(
     m: &Moments<T>,
     stress: [T; 2],
     traction: [T; 2],
@@ -91,7 +91,7 @@ pub(crate) fn wall_velocity<T: Real, R: Relaxation<T>>(
         let omega = law.omega(q);
         let fluidity = T::from_f64(6.0) * omega / (T::from_f64(2.0) - omega);
         let yielded = law.wall_velocity(size, fluidity);
-        v = if omega > T::ZERO { yielded } else { rigid };
+        v = T::where_greater(omega, T::ZERO, yielded, rigid);
     }
     direction.map(|d| v * d)
 }
