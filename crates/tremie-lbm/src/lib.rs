@@ -3,11 +3,11 @@
 //! The fluid lives on cubic cells; each carries 19 populations of particles that stream to the neighbouring
 //! cells and collide. Density and momentum are their moments, and so is the stress, from which the flow curve gives
 //! the relaxation rate without differences between cells and without iteration (`relaxation`). The free surface is
-//! followed by the mass of interface cells (`stream`, `surface`).
+//! followed by the mass of interface cells (`transport`, `plane`, `surface`).
 //!
-//! A step, in `simulation`: rows of cells are sorted (`stream`), stream and collide block by block (`stream`,
-//! `collision`), interface cells that fill up or run dry are converted (`surface`). Storage is `grid`, neighbours are
-//! `topology`.
+//! A step, in `simulation`: blocks stream and collide (`stream`, `collision`), interface cells that fill up or run
+//! dry are converted (`surface`), rows of cells are sorted by what they touch (`rows`), and the surface is found anew
+//! (`plane`). Storage is `grid`, neighbours are `topology`.
 //!
 //! Inside, everything is in lattice units (cell, step and density are 1); the door speaks SI ([`Scaling`]).
 

@@ -5,13 +5,13 @@ use tremie_numerics::DVec3;
 
 use crate::scaling::{Flow, Limits, Scaling, time_step};
 
-/// Bytes for each allocated cell: two sets of populations and fill, mass, kinds.
+/// Bytes for each allocated cell: two sets of populations and fill, shape of the surface, mass, kinds.
 fn bytes_per_cell(precision: Precision) -> f64 {
     let real = match precision {
         Precision::F32 => 4.0,
         Precision::F64 => 8.0,
     };
-    2.0 * 20.0 * real + 8.0 + 3.0 / 8.0
+    (2.0 * 20.0 + 10.0) * real + 8.0 + 3.0 / 8.0
 }
 
 /// The numbers of a run.
