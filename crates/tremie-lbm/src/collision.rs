@@ -31,7 +31,7 @@
 //! scheme is damped here, because everything but the stress itself relaxes at rate 1.
 
 use crate::lattice::{C, PAIRS, Q, W, each_pair};
-use crate::real::{Number, Real, larger, smaller};
+use crate::real::{Number, Real, by_axis, larger, smaller};
 use crate::relaxation::Relaxation;
 
 /// The magic parameter of the two relaxation rates.
@@ -112,9 +112,9 @@ pub(crate) fn moments<T: Number>(f: &[T; Q], mass: T, gravity: [T; 3]) -> Moment
     let density = T::ONE + excess_density;
     let fill = larger(smaller(mass / density, T::ONE), T::ZERO);
     let (half, third) = (T::from_f64(0.5), T::from_f64(1.0 / 3.0));
-    let force = gravity.map(|a| a * density * fill);
+    let force = by_axis(|a| gravity[a] * density * fill);
     let inverse = T::ONE / density;
-    let velocity: [T; 3] = [0, 1, 2].map(|a| (momentum[a] + half * force[a]) * inverse);
+    let velocity = by_axis(|a| (momentum[a] + half * force[a]) * inverse);
     let mut stress = [T::ZERO; 6];
     for (n, [a, b]) in AXES.into_iter().enumerate() {
         let equilibrium = density * velocity[a] * velocity[b];
@@ -154,7 +154,7 @@ pub(crate) fn collide<T: Number, R: Relaxation<T>>(
     }
     let trace = tensor[0] + tensor[1] + tensor[2];
     let base = m.excess_density - T::from_f64(1.5) * trace;
-    let push: [T; 3] = [0, 1, 2].map(|a| T::from_f64(3.0) * (omega_odd * m.momentum[a] + m.force[a]));
+    let push = by_axis(|a| T::from_f64(3.0) * (omega_odd * m.momentum[a] + m.force[a]));
     // carried[a][b]: what the flow carries of the stress, in sum c_a c_a c_b f.
     let carry = omega_odd * (two - omega);
     let mut carried = [[T::ZERO; 3]; 3];

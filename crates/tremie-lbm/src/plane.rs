@@ -54,7 +54,8 @@ fn sign<T: Real>(x: Lanes<T>) -> Lanes<T> {
 /// Normal out of the fluid, its parts' sizes adding up to 1; zero where nothing tells it.
 #[inline(always)]
 fn normal<T: Real>(fill: &Around<T>) -> [Lanes<T>; 3] {
-    let [zero, half, one, two, none, steep] = [0.0, 0.5, 1.0, 2.0, NONE, STEEP].map(Lanes::<T>::from_f64);
+    let all = Lanes::<T>::from_f64;
+    let (zero, half, one, two, none, steep) = (all(0.0), all(0.5), all(1.0), all(2.0), all(NONE), all(STEEP));
     let mut rise = [zero; 3];
     let mut smooth = [zero; 3];
     // slope[h][n]: along axis h + n of the surface as a height over axis h.
@@ -108,7 +109,8 @@ fn over<T: Real>(x: Lanes<T>) -> Lanes<T> {
 /// Where the plane lies: `a` such that `m . x < a` has the volume `fill` in the unit cube.
 #[inline(always)]
 fn offset<T: Real>(m: [Lanes<T>; 3], fill: Lanes<T>) -> Lanes<T> {
-    let [half, one, three] = [0.5, 1.0, 3.0].map(Lanes::<T>::from_f64);
+    let all = Lanes::<T>::from_f64;
+    let (half, one, three) = (all(0.5), all(1.0), all(3.0));
     let least = smaller(fill, one - fill);
     let volume = Lanes::from_f64(6.0) * m[0] * m[1] * m[2] * least;
     // Never below the root, for any normal.
@@ -140,7 +142,8 @@ fn area<T: Real>(p: Lanes<T>, q: Lanes<T>, scale: Lanes<T>, a: Lanes<T>) -> Lane
 /// Wet shares of the six faces, in the order of the velocities 1 to 6.
 #[inline(always)]
 fn shares<T: Real>(normal: [Lanes<T>; 3], fill: Lanes<T>, velocity: [Lanes<T>; 3]) -> [Lanes<T>; 6] {
-    let [zero, half, one, least] = [0.0, 0.5, 1.0, LEAST].map(Lanes::<T>::from_f64);
+    let all = Lanes::<T>::from_f64;
+    let (zero, half, one, least) = (all(0.0), all(0.5), all(1.0), all(LEAST));
     let mut m = [zero; 3];
     for a in 0..3 {
         m[a] = larger(normal[a].abs(), least);
@@ -176,7 +179,8 @@ fn shares<T: Real>(normal: [Lanes<T>; 3], fill: Lanes<T>, velocity: [Lanes<T>; 3
 #[inline(always)]
 fn velocities<T: Real>(source: &Source<'_, T>, first: usize, gravity: [T; 3]) -> [Lanes<T>; 3] {
     let load = |i: usize| Lanes::load(&source.own[i][first..]);
-    let [zero, one] = [0.0, 1.0].map(Lanes::<T>::from_f64);
+    let all = Lanes::<T>::from_f64;
+    let (zero, one) = (all(0.0), all(1.0));
     let mut excess = load(0);
     let mut j = [zero; 3];
     each_pair!(P, {

@@ -106,6 +106,12 @@ macro_rules! real {
 real!(f32, F32);
 real!(f64, F64);
 
+/// One number for each axis. (`array::map` is not always made part of the loop around it, and then costs as much as the loop.)
+#[inline(always)]
+pub(crate) fn by_axis<N>(of: impl Fn(usize) -> N) -> [N; 3] {
+    [of(0), of(1), of(2)]
+}
+
 /// The larger of two numbers (`b` if either is not a number).
 #[inline(always)]
 pub(crate) fn larger<N: Number>(a: N, b: N) -> N {

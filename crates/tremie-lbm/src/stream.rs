@@ -21,7 +21,7 @@ use crate::grid::{FILL, Field, Grid, Kinds, Shape, VELOCITY};
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, Q, W, each_pair, opposite};
 use crate::plane::reconstruct;
-use crate::real::{Number, Real};
+use crate::real::{Number, Real, by_axis};
 use crate::relaxation::Relaxation;
 use crate::rows::{BulkRow, Rows, SurfaceRow};
 use crate::source::{Source, Surroundings};
@@ -94,7 +94,7 @@ impl<'a, T: Real> Source<'a, T> {
     fn meet_air(&self, around: &SurfaceRow, surface: &Surroundings<'_, T>, f: &mut [Lanes<T>; Q]) {
         let first = first_of(around.row);
         // The gas has density 1 and moves with the fluid.
-        let u = [0, 1, 2].map(|axis| Lanes::load(&surface.own[VELOCITY + axis][first..]));
+        let u = by_axis(|axis| Lanes::load(&surface.own[VELOCITY + axis][first..]));
         let square = Lanes::from_f64(1.5) * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
         each_pair!(P, {
             let (a, b) = (2 * P + 1, 2 * P + 2);
@@ -147,16 +147,18 @@ impl<'a, T: Real> Source<'a, T> {
             }
             let (axis, normal) = FACES[face];
             let [[a, b], [c, d]] = SLANTED[face];
-            let m = moments(&passing.f, passing.mass, physics.gravity.map(Lanes::splat));
+            let m = moments(&passing.f, passing.mass, by_axis(|a| Lanes::splat(physics.gravity[a])));
             let normal = Lanes::from_f64(-f64::from(normal));
-            let stress = tangents(axis).map(|t| normal * m.stress[COMPONENT[axis][t]]);
+            let [t, s] = tangents(axis);
+            let stress = [normal * m.stress[COMPONENT[axis][t]], normal * m.stress[COMPONENT[axis][s]]];
             let f = &mut passing.f;
             // Momentum that the wall takes along the two tangents.
             let taken = |from: usize, to: usize| {
                 f[to] + self.own(opposite(to), first) - f[from] - self.own(opposite(from), first)
             };
-            let push = wall_velocity(&m, stress, [taken(a, b), taken(c, d)], &physics.law)
-                .map(|v| (Lanes::from_f64(1.0 / 6.0) * v).only(row.flat[face]));
+            let velocity = wall_velocity(&m, stress, [taken(a, b), taken(c, d)], &physics.law);
+            let weight = Lanes::from_f64(1.0 / 6.0).only(row.flat[face]);
+            let push = [weight * velocity[0], weight * velocity[1]];
             f[a] += push[0];
             f[b] -= push[0];
             f[c] += push[1];
@@ -230,11 +232,12 @@ fn collide_row<T: Real, R: Relaxation<Lanes<T>>>(
     findings: &mut Findings,
 ) -> Lanes<T> {
     let first = first_of(row);
-    let (post, density) = collide(&passing.f, passing.mass, physics.gravity.map(Lanes::splat), &physics.law);
+    let (post, density) =
+        collide(&passing.f, passing.mass, by_axis(|a| Lanes::splat(physics.gravity[a])), &physics.law);
     for i in 0..Q {
         post[i].store(&mut back[i][first..]);
     }
-    let [low, high] = SOUND.map(T::from_f64);
+    let (low, high) = (T::from_f64(SOUND[0]), T::from_f64(SOUND[1]));
     let mut unsound = 0u8;
     for k in 0..LANES {
         unsound |= u8::from(!(density.0[k] > low && density.0[k] < high)) << k;
@@ -258,14 +261,15 @@ fn judge<T: Real>(
     let row = usize::from(around.row) & (ROWS - 1);
     let first = row * LANES;
     let interface = around.kinds.interface;
-    let (mut fill, mut rising, mut falling) = ([0.0; LANES], 0u8, 0u8);
+    let (mut fill, mut stored, mut rising, mut falling) = ([0.0; LANES], Lanes::ZERO, 0u8, 0u8);
     for k in 0..LANES {
         fill[k] = mass[first + k] / density.0[k].to_f64();
+        stored.0[k] = T::from_f64(fill[k]);
         rising |= u8::from(fill[k] > 1.0 - NEAR && gain[k] > NEAR / SOON) << k;
         falling |= u8::from(fill[k] < NEAR && gain[k] < -NEAR / SOON) << k;
     }
     let other = Lanes::ONE.only(around.kinds.liquid);
-    Lanes::choose(interface, Lanes(fill.map(T::from_f64)), other).store(&mut back[FILL][first..]);
+    Lanes::choose(interface, stored, other).store(&mut back[FILL][first..]);
     let below = |limit: f64| (0..LANES).fold(0, |bits, k| bits | u8::from(fill[k] < limit) << k);
     let above = |limit: f64| (0..LANES).fold(0, |bits, k| bits | u8::from(fill[k] > limit) << k);
     let closed = !(around.any_air | around.any_interface);

@@ -92,7 +92,8 @@ pub(crate) fn gains<T: Real>(
     arriving: &[Lanes<T>; Q],
 ) -> [f64; LANES] {
     let first = (usize::from(row.row) & (ROWS - 1)) * LANES;
-    let [zero, half, one, twelfth] = [0.0, 0.5, 1.0, 1.0 / 12.0].map(Lanes::<T>::from_f64);
+    let all = Lanes::<T>::from_f64;
+    let (zero, half, one, twelfth) = (all(0.0), all(0.5), all(1.0), all(1.0 / 12.0));
     let mut gain = [0.0f64; LANES];
     let mut add = |flux: Lanes<T>| {
         for k in 0..LANES {

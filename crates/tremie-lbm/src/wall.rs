@@ -76,7 +76,8 @@ pub(crate) fn wall_velocity<T: Number, R: Relaxation<T>>(
 ) -> [T; 2] {
     let (third, four) = (T::from_f64(1.0 / 3.0), T::from_f64(4.0));
     let size = (traction[0] * traction[0] + traction[1] * traction[1]).sqrt();
-    let direction = traction.map(|t| t / larger(size, T::TINY));
+    let least = larger(size, T::TINY);
+    let direction = [traction[0] / least, traction[1] / least];
     let along = direction[0] * stress[0] + direction[1] * stress[1];
     // What of 2 P:P the wall velocity leaves alone.
     let all = m.q * m.density * T::from_f64(2.0 / 3.0);
@@ -85,7 +86,8 @@ pub(crate) fn wall_velocity<T: Number, R: Relaxation<T>>(
     let mut v = rigid;
     // The cell's fluidity depends on v; each turn takes it from the last v.
     for _ in 0..3 {
-        let left = [0, 1].map(|n| stress[n] - third * v * direction[n]);
+        let reduced = |n: usize| stress[n] - third * v * direction[n];
+        let left = [reduced(0), reduced(1)];
         let square = rest + four * (left[0] * left[0] + left[1] * left[1]);
         let q = T::from_f64(1.5) / m.density * larger(square, T::ZERO).sqrt();
         let omega = law.omega(q);
@@ -93,7 +95,7 @@ pub(crate) fn wall_velocity<T: Number, R: Relaxation<T>>(
         let yielded = law.wall_velocity(size, fluidity);
         v = T::where_greater(omega, T::ZERO, yielded, rigid);
     }
-    direction.map(|d| v * d)
+    [v * direction[0], v * direction[1]]
 }
 
 #[cfg(test)]
