@@ -37,7 +37,7 @@ const fn place(axis: usize, u: usize, v: usize, w: usize) -> usize {
 
 /// Least part of the normal along any axis: keeps the quotients far from rounding.
 const LEAST: f64 = 0.01;
-/// Turns of Newton's method; the fourth changes no share by more than a thousandth.
+/// Turns of Newton's method: with three the volume is right within 0.004 (a test).
 const TURNS: usize = 3;
 /// A slope that means that there is none.
 const STEEP: f64 = 1e6;
@@ -227,7 +227,7 @@ fn fills<T: Real>(source: &Source<'_, T>, row: &SurfaceRow) -> Around<T> {
         for v in 0..3 {
             for w in 0..3 {
                 let (there, here) = (place(axis, beyond, v, w), place(axis, 1, v, w));
-                fill[there] = fill[there].only(!wall) + fill[here].only(wall);
+                fill[there] = Lanes::choose(wall, fill[here], fill[there]);
             }
         }
     }

@@ -120,13 +120,14 @@ impl<'a, T: Real> Source<'a, T> {
     #[inline(always)]
     fn meet_walls(&self, around: &SurfaceRow, f: &mut [Lanes<T>; Q]) {
         let first = first_of(around.row);
+        let moving = self.topology.moving_walls();
         for i in 1..Q {
             let solid = around.solid[i];
             if solid == 0 {
                 continue;
             }
             f[i] = Lanes::choose(solid, self.own(opposite(i), first), f[i]);
-            if self.topology.moving_walls() {
+            if moving {
                 self.drag(first, i, solid, &mut f[i].0);
             }
         }

@@ -17,7 +17,7 @@
 //!
 //! With mean fills in place of shares and links in place of faces (Eq. 2.15) mass on a flat surface moves along it at 2/3 or
 //! 1/3 of the fluid's velocity, depending on how it lies: a drop carried ten diameters is off by 13 %
-//! of its volume instead of 4 %.
+//! of its volume instead of 3 %.
 //!
 //! What one cell gains the other loses, to the bit: both work out the same numbers with opposite signs.
 
