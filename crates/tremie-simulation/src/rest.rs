@@ -2,14 +2,18 @@
 //!
 //! A yield-stress fluid never quite stops in a computation: a regularised curve creeps for ever, single cells of the
 //! surface jitter, and a plug may be unyielded while it is carried along. Rest is therefore not told by the largest
-//! speed nor by the share that has yielded, but by what a technician sees: over the whole of a trailing window
+//! speed nor by the share that has yielded, but by what a technician sees:
 //!
+//! - the 99th percentile of the speed stays below [`Rest::speed`] (default 1 mm/s) in every reading of the last
+//!   [`Rest::duration`] (default 1 s, at least [`SHORTEST_WINDOW`]), and
 //! - the spread grows or shrinks by less than [`Rest::spread_rate`] (default 0.05 mm/s; slope of the least-squares
-//!   line through the mean spread; only if the case has a spread gauge), and
-//! - the 99th percentile of the speed stays below [`Rest::speed`] (default 1 mm/s) in every reading.
+//!   line through the mean spread; only if the case has a spread gauge) over that time, or over a fifth of the time since the
+//!   start ([`SPREAD_WINDOW`]) if that is longer.
 //!
-//! The window is [`Rest::duration`] long (default 1 s), at least [`SHORTEST_WINDOW`], and must be full: fluid
-//! that has only just been released is slow too.
+//! Both windows must be full, since fluid that has only just been released is slow too. The longer one is needed because a
+//! spread grows by small jumps, as one cell after the other fills at the front: between two of them the rate over one
+//! second falls below any limit. The rate dies away as a power of time (Matson and Hogg, Journal of Non-Newtonian
+//! Fluid Mechanics 142, 2007), so a share of the time is as short a window late as a second is early.
 
 use std::collections::VecDeque;
 
@@ -20,6 +24,9 @@ use crate::gauges::Readings;
 
 /// Length in s below which no window is taken, since fluid that is released needs a moment to move.
 pub const SHORTEST_WINDOW: f64 = 1.0;
+
+/// Share of the time since the start over which the rate of the spread is taken at least.
+pub const SPREAD_WINDOW: f64 = 0.2;
 
 /// Watches for rest. Which limits hold is said when asking, so that only the readings are state.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -43,7 +50,8 @@ impl RestWatch {
             speed: readings.speed_p99,
         });
         // The reading at or just before the window's start stays, so that a full window can be told.
-        while self.window.get(1).is_some_and(|second| second.time <= readings.time - length(rest)) {
+        let start = readings.time - spread_window(rest, readings.time);
+        while self.window.get(1).is_some_and(|second| second.time <= start) {
             self.window.pop_front();
         }
     }
@@ -53,8 +61,12 @@ impl RestWatch {
         let (Some(first), Some(last)) = (self.window.front(), self.window.back()) else {
             return false;
         };
-        last.time - first.time >= length(rest)
-            && self.window.iter().all(|moment| moment.speed < rest.speed)
+        let start = last.time - speed_window(rest);
+        let slow = |moment: &Moment| moment.speed < rest.speed;
+        let before = self.window.iter().rev().find(|moment| moment.time <= start);
+        last.time - first.time >= spread_window(rest, last.time)
+            && before.is_some_and(slow)
+            && self.window.iter().rev().take_while(|moment| moment.time > start).all(slow)
             && self.spread_rate().is_none_or(|rate| rate.abs() < rest.spread_rate)
     }
 
@@ -75,8 +87,14 @@ impl RestWatch {
     }
 }
 
-fn length(rest: &Rest) -> f64 {
+/// Time in s over which the speed must stay low.
+fn speed_window(rest: &Rest) -> f64 {
     rest.duration.max(SHORTEST_WINDOW)
+}
+
+/// Time in s over which the rate of the spread is taken, at a time in s.
+fn spread_window(rest: &Rest, time: f64) -> f64 {
+    speed_window(rest).max(SPREAD_WINDOW * time)
 }
 
 #[cfg(test)]
@@ -132,6 +150,14 @@ mod tests {
         assert_eq!(creep(-1e-4), None);
         assert_eq!(creep(2e-5), Some(1.0));
         assert_eq!(rests_at(REST, |t| Some(0.6 + 1e-5 * t), |_| 2e-3), None);
+    }
+
+    #[test]
+    fn a_spread_that_grows_by_jumps_is_not_rest_between_two_of_them() {
+        // 0.5 mm every two seconds, five times the limit; without them the spread would be at rest.
+        let jumps = |t: f64| Some(0.6 + 5e-4 * (t / 2.0).floor());
+        assert_eq!(rests_at(REST, |t| if t < 2.0 { None } else { jumps(t) }, |t| if t < 9.0 { 1.0 } else { 0.0 }), None);
+        assert_eq!(rests_at(REST, |_| Some(0.6), |t| if t < 9.0 { 1.0 } else { 0.0 }), Some(10.0));
     }
 
     #[test]
