@@ -24,6 +24,7 @@ mod rows;
 mod scaling;
 mod simulation;
 mod source;
+mod standing;
 mod stream;
 mod surface;
 mod topology;

@@ -7,11 +7,12 @@ use tremie_simulation::{Breakdown, Load, RestoreError, Simulation, Snapshot};
 
 use crate::grid::Grid;
 use crate::initial::centre;
-use crate::plan::{Plan, settings};
+use crate::plan::{Plan, confined_gravity, settings};
 use crate::real::Real;
 use crate::relaxation::Bingham;
 use crate::rows::Rows;
 use crate::scaling::Scaling;
+use crate::standing::Braking;
 use crate::stream::{Findings, Physics};
 use crate::surface::Ledger;
 use crate::topology::{Boundary, CELLS, EDGE, Topology};
@@ -62,13 +63,11 @@ impl<T: Real> LatticeBoltzmann<T> {
         let law =
             Bingham::new(scaling.stress(curve.yield_stress()), scaling.viscosity(curve.plastic_viscosity()));
         let gravity = case.domain.gravity.to_array().map(|g| T::from_f64(scaling.acceleration(g)));
-        let mut grid = Grid::new(topology(case, &scaling));
-        grid.fill(case, &scaling);
         let mut new = Self {
             case: case.clone(),
+            grid: Grid::new(topology(case, &scaling)),
             scaling,
             physics: Physics { gravity, law },
-            grid,
             rows: Vec::new(),
             findings: Vec::new(),
             ledger: Ledger::default(),
@@ -76,13 +75,59 @@ impl<T: Real> LatticeBoltzmann<T> {
             steps: 0,
             updates: 0,
         };
+        new.grid.fill(case, &new.scaling);
+        if !new.stand() {
+            new.grid = Grid::new(topology(case, &new.scaling));
+            new.grid.fill(case, &new.scaling);
+            new.rows.clear();
+        }
         // The fluid has the mass that the case gives it, although the method presses it together a little: what the
-        // hydrostatic pressure adds to the density, the surface gives back.
+        // pressure adds to the density, the surface gives back.
         let excess = new.grid.total_mass() - new.grid.volume();
         new.grid.spread_mass(-excess);
         new.mass = new.grid.total_mass();
         new.arrange();
         new
+    }
+
+    /// Finds stresses in which the fluid stands (module `standing`). Says whether the grid is fit to start from.
+    fn stand(&mut self) -> bool {
+        let flows = self.case.fluid.iter().any(|region| region.velocity.length() > 0.0);
+        let gravity = confined_gravity(&self.case).abs().max_element();
+        let braking = Braking::new(
+            self.grid.largest_pressure(),
+            self.scaling.acceleration(gravity),
+            self.scaling.stress(self.case.material.curve.yield_stress()),
+        );
+        let Some(braking) = braking.filter(|_| !flows && !self.grid.topology.moving_walls()) else {
+            return true;
+        };
+        let held = self.grid.held();
+        for _ in 0..braking.patience {
+            for _ in 0..braking.crossing {
+                self.arrange();
+                self.grid.step(&self.rows, &self.physics, &mut self.findings);
+                self.grid.brake(&held, self.physics.gravity.map(T::to_f64), &braking);
+            }
+            self.arrange();
+            if self.fastest() < braking.rest {
+                self.grid.put_back(&held);
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Largest speed in lattice units.
+    fn fastest(&self) -> f64 {
+        let mut fastest = 0.0f64;
+        for slot in self.grid.slots() {
+            self.grid.moments(slot, &self.rows[slot], &self.physics, |_, m| {
+                let square: f64 = m.velocity.iter().map(|u| u.to_f64().powi(2)).sum();
+                fastest = fastest.max(square.sqrt());
+            });
+        }
+        fastest
     }
 
     /// Mass of the fluid in kg, to see how well it is kept.

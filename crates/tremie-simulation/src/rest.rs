@@ -156,7 +156,10 @@ mod tests {
     fn a_spread_that_grows_by_jumps_is_not_rest_between_two_of_them() {
         // 0.5 mm every two seconds, five times the limit; without them the spread would be at rest.
         let jumps = |t: f64| Some(0.6 + 5e-4 * (t / 2.0).floor());
-        assert_eq!(rests_at(REST, |t| if t < 2.0 { None } else { jumps(t) }, |t| if t < 9.0 { 1.0 } else { 0.0 }), None);
+        assert_eq!(
+            rests_at(REST, |t| if t < 2.0 { None } else { jumps(t) }, |t| if t < 9.0 { 1.0 } else { 0.0 }),
+            None
+        );
         assert_eq!(rests_at(REST, |_| Some(0.6), |t| if t < 9.0 { 1.0 } else { 0.0 }), Some(10.0));
     }
 
