@@ -16,12 +16,12 @@
 
 use rayon::prelude::*;
 
-use crate::collision::{COMPONENT, Moments, collide, moments};
-use crate::grid::{FILL, Field, Grid, Kinds, Shape, VELOCITY};
+use crate::collision::{COMPONENT, LEAST_RESISTANCE, Moments, collide, moments};
+use crate::grid::{FILL, Field, Grid, Kinds, SHARE, Shape, VELOCITY};
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, Q, W, each_pair, opposite};
 use crate::plane::reconstruct;
-use crate::real::{Number, Real, by_axis};
+use crate::real::{Number, Real, by_axis, larger};
 use crate::relaxation::Relaxation;
 use crate::rows::{BulkRow, Rows, SurfaceRow};
 use crate::source::{Source, Surroundings};
@@ -40,6 +40,10 @@ const SOON: f64 = 100.0;
 /// cell, closes at any fill.)
 const FULL_INSIDE: f64 = 0.9;
 const EMPTY_OUTSIDE: f64 = 0.1;
+/// Wet share of a face from which on a film on a wall flows on through it into air.
+const REACHES: f64 = 0.1;
+/// Fill up to which it does so. (A cell nearly full fills up.)
+const THIN: f64 = 0.9;
 
 /// Densities between which a cell counts as sound.
 const SOUND: [f64; 2] = [0.5, 2.0];
@@ -60,6 +64,8 @@ pub(crate) struct Findings {
     pub(crate) full: [u8; ROWS],
     /// Interface cells that want to become air, by row.
     pub(crate) empty: [u8; ROWS],
+    /// Air that a film on a wall flows into: the film's cell, and the velocity that comes from there.
+    pub(crate) reached: Vec<(usize, usize)>,
     /// Whether there are any of these.
     pub(crate) any: bool,
     /// A cell whose density is out of all bounds or not a number.
@@ -68,7 +74,7 @@ pub(crate) struct Findings {
 
 impl Default for Findings {
     fn default() -> Self {
-        Self { full: [0; ROWS], empty: [0; ROWS], any: false, broken: None }
+        Self { full: [0; ROWS], empty: [0; ROWS], reached: Vec::new(), any: false, broken: None }
     }
 }
 
@@ -78,6 +84,8 @@ struct Passing<T> {
     f: [Lanes<T>; Q],
     /// Mass of interface cells, infinite in all others.
     mass: Lanes<T>,
+    /// Least share of the flow curve's stress that the cells resist with.
+    least: Lanes<T>,
     /// Mass that interface cells gain in this step.
     gain: [f64; LANES],
 }
@@ -148,7 +156,12 @@ impl<'a, T: Real> Source<'a, T> {
             }
             let (axis, normal) = FACES[face];
             let [[a, b], [c, d]] = SLANTED[face];
-            let m = moments(&passing.f, passing.mass, by_axis(|a| Lanes::splat(physics.gravity[a])));
+            let m = moments(
+                &passing.f,
+                passing.mass,
+                passing.least,
+                by_axis(|a| Lanes::splat(physics.gravity[a])),
+            );
             let normal = Lanes::from_f64(-f64::from(normal));
             let [t, s] = tangents(axis);
             let stress = [normal * m.stress[COMPONENT[axis][t]], normal * m.stress[COMPONENT[axis][s]]];
@@ -180,7 +193,12 @@ impl<'a, T: Real> Source<'a, T> {
     /// A bulk row, ready to collide.
     #[inline(always)]
     fn bulk(&self, row: &BulkRow) -> Passing<T> {
-        Passing { f: self.arriving(&row.beside), mass: Lanes::INFINITY, gain: [0.0; LANES] }
+        Passing {
+            f: self.arriving(&row.beside),
+            mass: Lanes::INFINITY,
+            least: Lanes::ONE,
+            gain: [0.0; LANES],
+        }
     }
 
     /// A surface row, ready to collide; `mass` is that of the block's interface cells.
@@ -193,8 +211,12 @@ impl<'a, T: Real> Source<'a, T> {
         mass: &mut [f64; CELLS],
     ) -> Passing<T> {
         let first = first_of(row.row);
-        let mut passing =
-            Passing { f: self.arriving(&row.beside), mass: Lanes::INFINITY, gain: [0.0; LANES] };
+        let mut passing = Passing {
+            f: self.arriving(&row.beside),
+            mass: Lanes::INFINITY,
+            least: Lanes::from_f64(LEAST_RESISTANCE),
+            gain: [0.0; LANES],
+        };
         if row.kinds.interface != 0 {
             passing.gain = gains(self, surface, row, &passing.f);
             let mut held = Lanes::ZERO;
@@ -203,6 +225,14 @@ impl<'a, T: Real> Source<'a, T> {
                 held.0[k] = T::from_f64(mass[first + k]);
             }
             passing.mass = Lanes::choose(row.kinds.interface, held, Lanes::INFINITY);
+            // What lies on a wall is held by all of the wall that it wets, be it ever so thin.
+            for i in 1..=6 {
+                let wall = row.solid[i] & row.kinds.interface;
+                if wall != 0 {
+                    let wets = Lanes::load(&surface.own[SHARE + opposite(i) - 1][first..]);
+                    passing.least = Lanes::choose(wall, larger(passing.least, wets), passing.least);
+                }
+            }
             if row.any_air | row.any_interface != 0 {
                 self.meet_air(row, surface, &mut passing.f);
             }
@@ -233,8 +263,13 @@ fn collide_row<T: Real, R: Relaxation<Lanes<T>>>(
     findings: &mut Findings,
 ) -> Lanes<T> {
     let first = first_of(row);
-    let (post, density) =
-        collide(&passing.f, passing.mass, by_axis(|a| Lanes::splat(physics.gravity[a])), &physics.law);
+    let (post, density) = collide(
+        &passing.f,
+        passing.mass,
+        passing.least,
+        by_axis(|a| Lanes::splat(physics.gravity[a])),
+        &physics.law,
+    );
     for i in 0..Q {
         post[i].store(&mut back[i][first..]);
     }
@@ -275,10 +310,37 @@ fn judge<T: Real>(
     let above = |limit: f64| (0..LANES).fold(0, |bits, k| bits | u8::from(fill[k] > limit) << k);
     let closed = !(around.any_air | around.any_interface);
     let full = (above(FULL) | rising | above(FULL_INSIDE) & !around.any_air | closed) & interface;
-    let empty = (below(EMPTY) | falling | below(EMPTY_OUTSIDE) & !around.any_liquid) & interface & !full;
+    // On a wall a film goes on by cells that hold little at first.
+    let gaining = (0..LANES).fold(0, |bits, k| bits | u8::from(gain[k] > 0.0) << k);
+    let astray = !around.any_liquid & !(around.any_solid & gaining);
+    let empty = (below(EMPTY) | falling | below(EMPTY_OUTSIDE) & astray) & interface & !full;
     findings.full[row] = full;
     findings.empty[row] = empty;
     findings.any |= full | empty != 0;
+}
+
+/// Finds the air that films on walls flow into.
+///
+/// Air becomes interface when a cell beside it has filled. A film thinner than a cell never fills one: without this
+/// the front of a sheet stays where it is as soon as it is lower than a cell.
+fn reach<T: Real>(around: &SurfaceRow, fill: &[T], shape: &Shape<T>, findings: &mut Findings) {
+    let first = first_of(around.row);
+    let row = usize::from(around.row) & (ROWS - 1);
+    let thin = (0..LANES).fold(0, |bits, k| bits | u8::from(fill[first + k].to_f64() < THIN) << k);
+    let lasting = around.any_air & thin & !(findings.full[row] | findings.empty[row]);
+    for i in 1..=6 {
+        let beside = (1..=6).filter(|j| (j - 1) / 2 != (i - 1) / 2);
+        let films = beside.fold(0, |bits, j| bits | around.solid[j]) & around.missing[i] & lasting;
+        for k in (0..LANES).filter(|k| films >> k & 1 == 1) {
+            let share = shape[SHARE + opposite(i) - 1][first + k].to_f64();
+            let speed = shape[VELOCITY + (i - 1) / 2][first + k].to_f64();
+            let onward = if i % 2 == 1 { -speed } else { speed };
+            if share > REACHES && onward > 0.0 {
+                findings.reached.push((first + k, i));
+                findings.any = true;
+            }
+        }
+    }
 }
 
 /// One step of one block.
@@ -300,6 +362,9 @@ fn step_block<T: Real, R: Relaxation<Lanes<T>>>(
         let density = collide_row(&passing, row.row, physics, back, findings);
         if row.kinds.interface != 0 {
             judge(row, &passing.gain, density, mass, back, findings);
+            if row.any_solid & row.any_air != 0 {
+                reach(row, &back[FILL], surface.own, findings);
+            }
         }
     }
 }
@@ -413,7 +478,7 @@ impl<T: Real> Grid<T> {
         let mut show = |passing: &Passing<T>, row: u8, kinds: Kinds| {
             for k in (0..LANES).filter(|k| kinds.wet() >> k & 1 == 1) {
                 let f: [T; Q] = std::array::from_fn(|i| passing.f[i].0[k]);
-                see(first_of(row) + k, &moments(&f, passing.mass.0[k], physics.gravity));
+                see(first_of(row) + k, &moments(&f, passing.mass.0[k], passing.least.0[k], physics.gravity));
             }
         };
         for row in &rows.bulk {

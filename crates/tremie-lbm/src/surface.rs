@@ -10,8 +10,10 @@
 //!   and Ruede 2022).
 //! - What a converted cell has too much or too little goes evenly to the interface cells beside it. Where there are
 //!   none (a bubble closes, a crumb dries up), it goes to the nearest interface cell: never dropped, and counted.
-//! - Crumbs, interface cells that touch neither liquid nor an interface cell that does, would fall freely; they
-//!   are taken up by the nearest interface cell.
+//! - Air that an interface cell on a wall flows into through a wet face becomes interface (`stream`), so that a film thinner than
+//!   a cell, which never fills one, moves on.
+//! - Crumbs, interface cells that touch neither liquid nor a wall nor an interface cell that touches liquid, would fall
+//!   freely; they are taken up by the nearest interface cell.
 
 use crate::collision::{density_and_momentum, equilibrium};
 use crate::grid::{FILL, Grid, Kinds};
@@ -92,7 +94,12 @@ impl<T: Real> Grid<T> {
         };
         let full = cells_of(|found| &found.full);
         let mut empty = cells_of(|found| &found.empty);
-        if full.is_empty() && empty.is_empty() {
+        let reached: Vec<(Cell, usize)> = self
+            .slots()
+            .filter(|slot| findings[*slot].any)
+            .flat_map(|slot| findings[slot].reached.iter().map(move |(cell, i)| ((slot, *cell), *i)))
+            .collect();
+        if full.is_empty() && empty.is_empty() && reached.is_empty() {
             return;
         }
         // An empty cell beside one that has just filled stays, or the new liquid would touch air.
@@ -103,7 +110,7 @@ impl<T: Real> Grid<T> {
         };
         empty.retain(|cell| !self.around(*cell).any(|(beside, _)| fills(beside)));
 
-        for &(slot, cell) in &full {
+        for &(slot, cell) in full.iter().chain(reached.iter().map(|(film, _)| film)) {
             self.allocate_around(slot, cell);
         }
         let mut wetted: Vec<Cell> = Vec::new();
@@ -112,6 +119,10 @@ impl<T: Real> Grid<T> {
                 let (kinds, bit) = self.kind(*beside);
                 kinds.air() & bit != 0
             }));
+        }
+        for &((slot, cell), i) in &reached {
+            let (beside, at, _) = self.links[slot].cell(cell, C[i].map(|c| -c));
+            wetted.push((beside as usize, at));
         }
         let mut drained: Vec<Cell> = Vec::new();
         for &cell in &empty {
@@ -246,9 +257,15 @@ impl<T: Real> Grid<T> {
     /// Removes crumbs.
     pub(crate) fn remove_crumbs(&mut self, ledger: &mut Ledger) {
         let touches_liquid = |cell: Cell| self.around(cell).any(|(beside, _)| self.is_liquid(beside));
+        let touches_wall = |cell: Cell| {
+            self.around(cell).any(|(beside, _)| {
+                let (kinds, bit) = self.kind(beside);
+                kinds.solid & bit != 0
+            })
+        };
         let crumbs: Vec<Cell> = self
             .interface_cells()
-            .filter(|cell| !touches_liquid(*cell))
+            .filter(|cell| !touches_liquid(*cell) && !touches_wall(*cell))
             .filter(|cell| {
                 !self.around(*cell).any(|(beside, _)| self.is_interface(beside) && touches_liquid(beside))
             })

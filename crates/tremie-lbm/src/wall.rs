@@ -21,7 +21,7 @@
 //! The traction is the momentum that the wall takes in this step, the stress is that of the coming collision: both are
 //! local. Only cells at flat walls are treated; those in edges and corners keep plain bounce-back.
 
-use crate::collision::Moments;
+use crate::collision::{LEAST_RESISTANCE, Moments};
 use crate::lattice::{C, Q};
 use crate::real::{Number, larger};
 use crate::relaxation::Relaxation;
@@ -82,7 +82,8 @@ pub(crate) fn wall_velocity<T: Number, R: Relaxation<T>>(
     // What of 2 P:P the wall velocity leaves alone.
     let all = m.q * m.density * T::from_f64(2.0 / 3.0);
     let rest = all * all - four * (stress[0] * stress[0] + stress[1] * stress[1]);
-    let rigid = law.wall_velocity_rigid(size, size - along);
+    // In a film the stress falls to nothing at its surface, not at the end of the cell.
+    let rigid = law.wall_velocity_rigid(size, (size - along) / larger(m.fill, T::from_f64(LEAST_RESISTANCE)));
     let mut v = rigid;
     // The cell's fluidity depends on v; each turn takes it from the last v.
     for _ in 0..3 {

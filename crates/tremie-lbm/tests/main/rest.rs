@@ -109,8 +109,8 @@ fn film(cells: f64, load: f64) -> String {
 }
 
 #[test]
-fn a_film_of_a_cell_or_two_yields_where_it_should() {
-    for thickness in [1.3, 2.7, 4.5] {
+fn a_film_yields_where_it_should_be_it_thinner_than_a_cell_or_thicker() {
+    for thickness in [0.25, 0.6, 1.3, 2.7, 4.5] {
         // Just above the yield stress only a thin layer at the floor shears; the rest slides on it as a plug, with
         // u = rho g h_y^2 / (2 mu), h_y = h (1 - 1/load) its thickness.
         let load = 1.1;
@@ -153,4 +153,29 @@ fn a_front_leaves_no_void_behind() {
     }
     let volume: f64 = cells.fill.iter().sum();
     assert!(hidden < 0.01 * volume, "{hidden} of {volume}");
+}
+
+#[test]
+fn a_front_lower_than_a_cell_moves_on_and_comes_to_rest() {
+    // A film of half a cell with a front, pulled along by three times what it can hold, then by half of it.
+    let film = |load: f64| {
+        let pull = load * 20.0 / (2300.0 * 0.005);
+        format!(
+            "[material]\ndensity = \"2300 kg/m3\"\n\
+             [material.bingham]\nyield_stress = \"20 Pa\"\nplastic_viscosity = \"20 Pa.s\"\n\
+             [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"0.3 m\", \"10 mm\", \"0.05 m\"]\n\
+             gravity = [\"{pull} m/s2\", \"0 m/s2\", \"-9.81 m/s2\"]\n\
+             [domain.sides]\ny_min = \"periodic\"\ny_max = \"periodic\"\n\
+             [[fluid]]\nbox = {{ min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"0.1 m\", \"10 mm\", \"5 mm\"] }}\n\
+             [lbm]\ncell_size = \"10 mm\"\ntime_step = \"0.5 ms\"\n"
+        )
+    };
+    let front = |load: f64| {
+        let cells = cells(&*advanced(&case(&film(load)), 30_000));
+        assert!((cells.fill.iter().sum::<f64>() / 5.0 - 1.0).abs() < 0.02, "the film's volume is kept");
+        let reach = (0..cells.count[0]).rev().find(|i| cells.fill[cells.index(*i, 0, 0)] > 0.05);
+        cells.origin.x + cells.size * (1 + reach.expect("there is a film")) as f64
+    };
+    assert!(front(3.0) > 0.135, "{}", front(3.0));
+    assert!(front(0.5) < 0.115, "{}", front(0.5));
 }
