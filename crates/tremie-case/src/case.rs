@@ -105,14 +105,25 @@ pub struct Lbm {
     pub cell_size: f64,
     /// Format of the populations.
     pub precision: Precision,
-    /// Time step in s; chosen by the solver if absent.
+    /// First time step in s; chosen by the solver if absent.
     pub time_step: Option<f64>,
+    /// Whether later steps are longer or shorter.
+    pub stepping: Stepping,
     /// Largest relative change of density due to the weight of the fluid (the method is slightly compressible).
     pub hydrostatic_error: f64,
     /// Largest speed in cells per time step.
     pub lattice_speed: f64,
     /// Kinematic viscosity in cells squared per time step that a chosen time step aims at.
     pub lattice_viscosity: f64,
+}
+
+/// How long time steps are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stepping {
+    /// As long as the first.
+    Fixed,
+    /// As long as the flow at the time allows.
+    Adaptive,
 }
 
 /// Floating-point format.

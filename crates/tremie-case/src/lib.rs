@@ -18,6 +18,6 @@ pub mod units;
 
 pub use case::{
     Case, Domain, FluidRegion, Gauges, Lbm, Material, Method, Output, Precision, Rest, Side, SpreadGauge,
-    Stop,
+    Stepping, Stop,
 };
 pub use fault::{CaseError, InvalidCase};

@@ -10,7 +10,7 @@ use tremie_rheology::FlowCurve;
 
 use crate::case::{
     Case, Domain, FluidRegion, Gauges, Lbm, Material, Method, Output, Precision, Rest, Side, SpreadGauge,
-    Stop,
+    Stepping, Stop,
 };
 use crate::document::{
     Bound, Choice, Document, Kind, List, Quantity, Section, Text, Value, Variants, Vector,
@@ -252,6 +252,7 @@ const METHODS: Variants<Method> = Variants(&[(
             &"cell_size",
             &"precision",
             &"time_step",
+            &"stepping",
             &"hydrostatic_error",
             &"lattice_speed",
             &"lattice_viscosity",
@@ -264,6 +265,7 @@ const METHODS: Variants<Method> = Variants(&[(
                     .maybe("precision", &PRECISION)?
                     .map_or(Precision::F32, |(_, precision)| *precision),
                 time_step: t.maybe("time_step", &TIME)?,
+                stepping: t.maybe("stepping", &STEPPING)?.map_or(Stepping::Fixed, |(_, stepping)| *stepping),
                 hydrostatic_error: t.maybe("hydrostatic_error", &SHARE)?.unwrap_or(0.02),
                 lattice_speed: t.maybe("lattice_speed", &LATTICE_SPEED)?.unwrap_or(0.1),
                 lattice_viscosity: t.maybe("lattice_viscosity", &LATTICE_VISCOSITY)?.unwrap_or(1.0 / 6.0),
@@ -271,6 +273,8 @@ const METHODS: Variants<Method> = Variants(&[(
         },
     },
 )]);
+
+const STEPPING: Choice<Stepping> = Choice(&[("fixed", Stepping::Fixed), ("adaptive", Stepping::Adaptive)]);
 
 const PRECISION: Choice<Precision> = Choice(&[("f32", Precision::F32), ("f64", Precision::F64)]);
 

@@ -147,11 +147,57 @@ pub(crate) fn collide<T: Number, R: Relaxation<T>>(
     let m = moments(f, mass, least, gravity);
     let omega = m.omega(law);
     let two = T::from_f64(2.0);
-    let half = T::from_f64(0.5);
     // 1/omega_odd = 1/2 + magic/(1/omega - 1/2), multiplied out so that omega = 0 is no special case.
     let omega_odd = two * (two - omega) / (two - omega + T::from_f64(4.0 * MAGIC) * omega);
+    let keep_odd = T::from_f64(0.5) * (T::ONE - omega_odd);
+    let push = by_axis(|a| T::from_f64(3.0) * (omega_odd * m.momentum[a] + m.force[a]));
+    let post =
+        compose(&m, omega, push, omega_odd * (two - omega), |p| keep_odd * (f[2 * p + 1] - f[2 * p + 2]));
+    (post, m.density)
+}
+
+/// Populations after a collision that ends one time step and begins `factor` times as long ones, and the density before.
+///
+/// Velocity, shear rate and stress go on in the new units (primes; L is the factor), and with them q = 3 sigma + s/2:
+///
+/// ```text
+///     drho' = L^2 drho,   u' = L u,   F' = L^2 F rho'/rho
+///     q' = L^2 (q - s/2) + L s/2,   P' = P (q'/q) (rho'/rho),   omega' = L s / q'
+/// ```
+///
+/// The odd moments are those of a steady flow.
+#[inline(always)]
+pub(crate) fn rescale<T: Number, R: Relaxation<T>>(
+    f: &[T; Q],
+    mass: T,
+    least: T,
+    gravity: [T; 3],
+    law: &R,
+    factor: T,
+) -> ([T; Q], T) {
+    let m = moments(f, mass, least, gravity);
+    let half = T::from_f64(0.5);
+    let rate = m.omega(law) * m.q;
+    let square = factor * factor;
+    let q = square * (m.q - half * rate) + half * factor * rate;
+    let omega = factor * rate / larger(q, T::TINY);
+    let excess_density = square * m.excess_density;
+    let density = T::ONE + excess_density;
+    let share = density / m.density;
+    let grown = q / larger(m.q, T::TINY) * share;
+    let force = by_axis(|a| square * share * m.force[a]);
+    let velocity = by_axis(|a| factor * m.velocity[a]);
+    let n = Moments { excess_density, density, force, velocity, q, stress: m.stress.map(|p| grown * p), ..m };
+    let push = by_axis(|a| T::from_f64(3.0) * (density * velocity[a] + half * force[a]));
+    (compose(&n, omega, push, T::from_f64(2.0) - omega, |_| T::ZERO), m.density)
+}
+
+/// Populations with the even moments of a collision, and the odd ones made up of `push`, what the flow carries of the stress
+/// times `carry`, and `odd` for each pair of velocities.
+#[inline(always)]
+fn compose<T: Number>(m: &Moments<T>, omega: T, push: [T; 3], carry: T, odd: impl Fn(usize) -> T) -> [T; Q] {
+    let half = T::from_f64(0.5);
     let keep = T::ONE - omega;
-    let keep_odd = half * (T::ONE - omega_odd);
     let mut tensor = [T::ZERO; 6];
     for (n, [a, b]) in AXES.into_iter().enumerate() {
         let work = half * (m.velocity[a] * m.force[b] + m.velocity[b] * m.force[a]);
@@ -159,9 +205,7 @@ pub(crate) fn collide<T: Number, R: Relaxation<T>>(
     }
     let trace = tensor[0] + tensor[1] + tensor[2];
     let base = m.excess_density - T::from_f64(1.5) * trace;
-    let push = by_axis(|a| T::from_f64(3.0) * (omega_odd * m.momentum[a] + m.force[a]));
     // carried[a][b]: what the flow carries of the stress, in sum c_a c_a c_b f.
-    let carry = omega_odd * (two - omega);
     let mut carried = [[T::ZERO; 3]; 3];
     for a in 0..3 {
         for b in (0..3).filter(|b| *b != a) {
@@ -196,11 +240,11 @@ pub(crate) fn collide<T: Number, R: Relaxation<T>>(
             }
         }
         let even = w * (base + along);
-        let odd = keep_odd * (f[2 * P + 1] - f[2 * P + 2]) + (w * drive + third);
+        let odd = odd(P) + (w * drive + third);
         post[2 * P + 1] = even + odd;
         post[2 * P + 2] = even - odd;
     });
-    (post, m.density)
+    post
 }
 
 /// Equilibrium populations at a density less one and a velocity.

@@ -11,6 +11,7 @@
 //!
 //! Inside, everything is in lattice units (cell, step and density are 1); the door speaks SI ([`Scaling`]).
 
+mod adapt;
 mod collision;
 mod grid;
 mod initial;

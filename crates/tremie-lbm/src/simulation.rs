@@ -1,17 +1,18 @@
 //! The method as a [`Simulation`]: one step, in the order in which things happen.
 
 use bytemuck::cast_slice;
-use tremie_case::{Case, Precision, Side};
+use tremie_case::{Case, Precision, Side, Stepping};
 use tremie_output::state::{Array, State};
 use tremie_simulation::{Breakdown, Load, RestoreError, Simulation, Snapshot};
 
+use crate::adapt::{INTERVAL, Look, Watch};
 use crate::grid::Grid;
 use crate::initial::centre;
 use crate::plan::{Plan, confined_gravity, settings};
 use crate::real::Real;
 use crate::relaxation::Bingham;
 use crate::rows::Rows;
-use crate::scaling::Scaling;
+use crate::scaling::{Limits, Scaling};
 use crate::standing::Braking;
 use crate::stream::{Findings, Physics};
 use crate::surface::Ledger;
@@ -39,9 +40,13 @@ pub struct LatticeBoltzmann<T: Real> {
     pub(crate) rows: Vec<Rows>,
     findings: Vec<Findings>,
     ledger: Ledger,
-    /// Mass at the start, which rounding is held against.
+    /// Mass at the start, or when the time step last changed, which rounding is held against.
     mass: f64,
+    /// Simulated time in s.
+    time: f64,
     steps: u64,
+    /// What the length of the next time step is judged by.
+    watch: Watch,
     updates: u64,
 }
 
@@ -55,24 +60,31 @@ fn topology(case: &Case, scaling: &Scaling) -> Topology {
     Topology::new(case.domain.cells(scaling.cell_size), sides)
 }
 
+/// What drives and resists, for a length of the time step.
+fn physics<T: Real>(case: &Case, scaling: &Scaling) -> Physics<T, Bingham<T>> {
+    let curve = &case.material.curve;
+    let law =
+        Bingham::new(scaling.stress(curve.yield_stress()), scaling.viscosity(curve.plastic_viscosity()));
+    let gravity = case.domain.gravity.to_array().map(|g| T::from_f64(scaling.acceleration(g)));
+    Physics { gravity, law, rescale: None }
+}
+
 impl<T: Real> LatticeBoltzmann<T> {
     /// The case at time zero.
     pub fn new(case: &Case) -> Self {
         let scaling = Plan::new(case).scaling;
-        let curve = &case.material.curve;
-        let law =
-            Bingham::new(scaling.stress(curve.yield_stress()), scaling.viscosity(curve.plastic_viscosity()));
-        let gravity = case.domain.gravity.to_array().map(|g| T::from_f64(scaling.acceleration(g)));
         let mut new = Self {
             case: case.clone(),
             grid: Grid::new(topology(case, &scaling)),
             scaling,
-            physics: Physics { gravity, law },
+            physics: physics(case, &scaling),
             rows: Vec::new(),
             findings: Vec::new(),
             ledger: Ledger::default(),
             mass: 0.0,
+            time: 0.0,
             steps: 0,
+            watch: Watch::default(),
             updates: 0,
         };
         new.grid.fill(case, &new.scaling);
@@ -143,6 +155,38 @@ impl<T: Real> LatticeBoltzmann<T> {
         }
     }
 
+    /// How many times as long the time step should be after the coming step, if it should change (module `adapt`).
+    fn change_of_step(&mut self) -> Option<f64> {
+        let lbm = settings(&self.case);
+        if lbm.stepping == Stepping::Fixed || !self.steps.is_multiple_of(INTERVAL) {
+            return None;
+        }
+        let limits = Limits {
+            lattice_viscosity: lbm.lattice_viscosity,
+            lattice_speed: lbm.lattice_speed,
+            hydrostatic_error: lbm.hydrostatic_error,
+        };
+        let gravity = confined_gravity(&self.case);
+        let axis = gravity.abs().max_position();
+        let (gravity, height) = (gravity.length(), self.grid.height(axis) as f64 * self.scaling.cell_size);
+        let look = Look {
+            time: self.time,
+            speed: self.grid.common_speed(self.physics.gravity),
+            hydrostatic_error: self.scaling.hydrostatic_error(gravity, height),
+            viscosity: self.scaling.viscosity(self.case.material.curve.plastic_viscosity()),
+            fall: (2.0 * height / gravity).sqrt(),
+        };
+        self.watch.change(&look, self.scaling.velocity_unit(), &limits)
+    }
+
+    /// Takes the new time step into use, once the populations are in its units.
+    fn change_step(&mut self, factor: f64) {
+        self.scaling.time_step *= factor;
+        self.physics = physics(&self.case, &self.scaling);
+        self.grid.topology.sides = topology(&self.case, &self.scaling).sides;
+        self.grid.reweigh();
+    }
+
     /// Finds rows and surface as the cells are now: the next step needs them, and so does a snapshot.
     fn arrange(&mut self) {
         self.grid.sort_rows(&mut self.rows);
@@ -164,18 +208,18 @@ impl<T: Real> LatticeBoltzmann<T> {
     /// What the numbers of a saved state are checked against.
     fn identity(&self) -> String {
         format!(
-            "lbm in {} with {:?} cells of {} m and steps of {:e} s",
+            "lbm in {} with {:?} cells of {} m and a first step of {:e} s",
             T::NAME,
             self.grid.topology.cells,
             self.scaling.cell_size,
-            self.scaling.time_step
+            Plan::new(&self.case).scaling.time_step
         )
     }
 }
 
 impl<T: Real> Simulation for LatticeBoltzmann<T> {
     fn time(&self) -> f64 {
-        self.steps as f64 * self.scaling.time_step
+        self.time
     }
 
     fn time_step(&self) -> f64 {
@@ -183,7 +227,10 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
     }
 
     fn advance(&mut self) -> Result<(), Breakdown> {
+        let change = self.change_of_step();
+        self.physics.rescale = change.map(T::from_f64);
         self.grid.step(&self.rows, &self.physics, &mut self.findings);
+        self.time += self.scaling.time_step;
         self.steps += 1;
         self.updates += self.grid.wet as u64;
         for slot in self.grid.slots() {
@@ -191,7 +238,14 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
                 return Err(self.breakdown(slot, cell));
             }
         }
+        if let Some(factor) = change {
+            self.change_step(factor);
+        }
         self.grid.convert(&self.findings, &mut self.ledger);
+        if change.is_some() {
+            // The fluid keeps its volume, and is pressed together by another share.
+            self.mass = self.grid.total_mass() + self.ledger.waiting;
+        }
         if self.steps.is_multiple_of(CRUMBS) {
             self.grid.remove_crumbs(&mut self.ledger);
         }
@@ -238,6 +292,9 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         let header = serde_json::json!({
             "for": self.identity(),
             "steps": self.steps,
+            "time": self.time,
+            "time_step": self.scaling.time_step,
+            "speeds": self.watch.seen,
             "mass": self.mass,
             "waiting": self.ledger.waiting,
             "stranded": self.ledger.stranded,
@@ -273,9 +330,15 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         let mut grid =
             Grid::with_layout(self.grid.topology.clone(), places, free).ok_or_else(|| missing("places"))?;
         grid.load(fields, mass, kinds).map_err(missing)?;
+        let seen = serde_json::from_value(state.header["speeds"].clone()).map_err(|_| missing("speeds"))?;
+        let (time, time_step) = (number("time")?, number("time_step")?);
         let ledger = Ledger { stranded: count("stranded")?, waiting: number("waiting")? };
         (self.steps, self.mass, self.ledger) = (count("steps")?, number("mass")?, ledger);
+        (self.time, self.watch) = (time, Watch { seen });
+        self.scaling.time_step = time_step;
+        self.physics = physics(&self.case, &self.scaling);
         self.grid = grid;
+        self.grid.topology.sides = topology(&self.case, &self.scaling).sides;
         self.rows.clear();
         self.findings.clear();
         self.arrange();

@@ -16,7 +16,7 @@
 
 use rayon::prelude::*;
 
-use crate::collision::{COMPONENT, LEAST_RESISTANCE, Moments, collide, moments};
+use crate::collision::{COMPONENT, LEAST_RESISTANCE, Moments, collide, moments, rescale};
 use crate::grid::{FILL, Field, Grid, Kinds, SHARE, Shape, VELOCITY};
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, Q, W, each_pair, opposite};
@@ -55,6 +55,8 @@ pub(crate) struct Physics<T, R> {
     pub(crate) gravity: [T; 3],
     /// Flow curve.
     pub(crate) law: R,
+    /// In a step after which time steps change, how many times as long they are.
+    pub(crate) rescale: Option<T>,
 }
 
 /// What a step found in a block.
@@ -263,13 +265,14 @@ fn collide_row<T: Real, R: Relaxation<Lanes<T>>>(
     findings: &mut Findings,
 ) -> Lanes<T> {
     let first = first_of(row);
-    let (post, density) = collide(
-        &passing.f,
-        passing.mass,
-        passing.least,
-        by_axis(|a| Lanes::splat(physics.gravity[a])),
-        &physics.law,
-    );
+    let gravity = by_axis(|a| Lanes::splat(physics.gravity[a]));
+    let (post, density) = match physics.rescale {
+        None => collide(&passing.f, passing.mass, passing.least, gravity, &physics.law),
+        Some(factor) => {
+            let factor = Lanes::splat(factor);
+            rescale(&passing.f, passing.mass, passing.least, gravity, &physics.law, factor)
+        }
+    };
     for i in 0..Q {
         post[i].store(&mut back[i][first..]);
     }

@@ -39,26 +39,33 @@ fn collapse(place: impl Fn([f64; 3]) -> [f64; 3], precision: &str, sides: &str) 
     )
 }
 
+/// The case with time steps that are fixed or adaptive; its last section is that of the lattice.
+fn stepping_by(stepping: &str, case: &str) -> String {
+    format!("{case}stepping = \"{stepping}\"\n")
+}
+
 fn as_is(p: [f64; 3]) -> [f64; 3] {
     p
 }
 
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
-    let case = case(&collapse(as_is, "f32", ""));
-    let with = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| advanced(&case, 1200).save())
-    };
-    let alone = with(1);
-    assert!(alone == with(2));
-    assert!(alone == with(5));
+    for stepping in ["fixed", "adaptive"] {
+        let case = case(&stepping_by(stepping, &collapse(as_is, "f32", "")));
+        let with = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| advanced(&case, 1200).save())
+        };
+        let alone = with(1);
+        assert!(alone == with(2));
+        assert!(alone == with(5));
+    }
 }
 
 #[test]
 fn a_restored_run_goes_on_to_the_bit() {
-    for precision in ["f32", "f64"] {
-        let case = case(&collapse(as_is, precision, ""));
+    for (precision, stepping) in [("f32", "fixed"), ("f64", "fixed"), ("f32", "adaptive")] {
+        let case = case(&stepping_by(stepping, &collapse(as_is, precision, "")));
         let mut half = advanced(&case, 700);
         let saved = half.save();
         advance(&mut *half, 700);

@@ -1,5 +1,6 @@
 //! The lattice Boltzmann method as a whole, through its door: what must hold whatever the case.
 
+mod adaptive;
 mod conservation;
 mod invariance;
 mod rest;

@@ -169,6 +169,7 @@ cone = {{ base = ["0 mm", "0 mm", "0 mm"], base_diameter = "200 mm", top_diamete
 
 [lbm]
 cell_size = {cell}
+stepping = "adaptive"
 precision = "{precision}"
 
 [gauges]
