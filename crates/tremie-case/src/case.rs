@@ -149,6 +149,8 @@ pub struct Stop {
 pub struct Rest {
     /// The spread grows by less than this, in m/s; counts only where there is a spread gauge.
     pub spread_rate: f64,
+    /// The spread still has to grow by less than this share of it; counts only where there is a spread gauge.
+    pub growth: f64,
     /// 99 % of the fluid is slower than this, in m/s.
     pub speed: f64,
     /// Both hold for this long, in s.

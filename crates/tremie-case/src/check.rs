@@ -175,7 +175,8 @@ fn gauges(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
             }
         }
         None => {
-            if let Some(span) = document.find("stop.rest.spread_rate") {
+            let by_spread = ["stop.rest.spread_rate", "stop.rest.growth"];
+            if let Some(span) = by_spread.into_iter().find_map(|key| document.find(key)) {
                 return Err(Fault::new(
                     span,
                     "the run is to stop by its spread, but there is no spread gauge",

@@ -297,11 +297,12 @@ const STOP: Section<Stop> = Section {
 };
 
 const REST: Section<Rest> = Section {
-    keys: &[&"spread_rate", &"speed", &"duration"],
+    keys: &[&"spread_rate", &"growth", &"speed", &"duration"],
     example: &["speed = \"1 mm/s\""],
     read: |t| {
         Ok(Rest {
             spread_rate: t.maybe("spread_rate", &SPEED)?.unwrap_or(5e-5),
+            growth: t.maybe("growth", &SHARE)?.unwrap_or(5e-3),
             speed: t.maybe("speed", &SPEED)?.unwrap_or(1e-3),
             duration: t.maybe("duration", &TIME)?.unwrap_or(1.0),
         })

@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use tremie_case::{
     Case, Domain, FluidRegion, Gauges, Lbm, Material, Method, Output, Precision, Rest, Side, SpreadGauge,
-    Stop,
+    Stepping, Stop,
 };
 use tremie_geometry::Shape;
 use tremie_numerics::{DVec2, DVec3};
@@ -176,6 +176,7 @@ fn case() -> Case {
             cell_size: CELL,
             precision: Precision::F64,
             time_step: None,
+            stepping: Stepping::Fixed,
             hydrostatic_error: 0.02,
             lattice_speed: 0.1,
             lattice_viscosity: 1.0 / 6.0,
@@ -298,7 +299,8 @@ fn a_run_to_the_end_time_leaves_all_results() {
 fn a_run_stops_when_the_fluid_rests() {
     let place = tempfile::tempdir().unwrap();
     let mut case = case();
-    case.stop = Stop { time: 20.0, rest: Some(Rest { spread_rate: 5e-5, speed: 1e-3, duration: 1.0 }) };
+    case.stop =
+        Stop { time: 20.0, rest: Some(Rest { spread_rate: 5e-5, growth: 5e-3, speed: 1e-3, duration: 1.0 }) };
     case.output.snapshot_interval = None;
     case.output.picture_interval = None;
     let folder = new_folder(place.path(), &case);
@@ -324,7 +326,8 @@ fn a_run_stops_when_the_fluid_rests() {
 #[test]
 fn an_interrupted_and_resumed_run_is_the_same_to_the_bit() {
     let mut case = case();
-    case.stop = Stop { time: 8.0, rest: Some(Rest { spread_rate: 5e-5, speed: 1e-3, duration: 1.0 }) };
+    case.stop =
+        Stop { time: 8.0, rest: Some(Rest { spread_rate: 5e-5, growth: 5e-3, speed: 1e-3, duration: 1.0 }) };
     case.output.snapshot_interval = Some(0.7);
     // Drawing takes longer than all the rest.
     case.output.picture_interval = Some(3.0);

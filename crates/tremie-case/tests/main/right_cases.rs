@@ -45,11 +45,15 @@ fn every_value_arrives_in_si_units() {
             cell_size: 0.005,
             precision: Precision::F64,
             time_step: Some(0.0002),
+            stepping: Stepping::Fixed,
             hydrostatic_error: 0.03,
             lattice_speed: 0.1,
             lattice_viscosity: 1.0 / 6.0,
         }),
-        stop: Stop { time: 120.0, rest: Some(Rest { spread_rate: 5e-5, speed: 0.002, duration: 1.0 }) },
+        stop: Stop {
+            time: 120.0,
+            rest: Some(Rest { spread_rate: 5e-5, growth: 5e-3, speed: 0.002, duration: 1.0 }),
+        },
         gauges: Gauges { interval: 0.02, spread: Some(SpreadGauge { centre: DVec2::ZERO }) },
         output: Output { snapshot_interval: Some(1.0), picture_interval: None, checkpoint_interval: 60.0 },
         text: SLUMP_FLOW.to_owned(),
@@ -87,7 +91,7 @@ fn inline_tables_and_dotted_keys_do_as_well_as_headers() {
 fn what_is_left_out_takes_its_default() {
     let case = Case::parse("channel.toml", CHANNEL).unwrap();
     let Method::Lbm(lbm) = case.method;
-    assert_eq!((lbm.precision, lbm.time_step), (Precision::F32, None));
+    assert_eq!((lbm.precision, lbm.time_step, lbm.stepping), (Precision::F32, None, Stepping::Fixed));
     assert_eq!((lbm.hydrostatic_error, lbm.lattice_speed), (0.02, 0.1));
     assert_eq!(case.domain.sides[4..], [Side::REST; 2]);
     assert_eq!((case.stop.rest, case.gauges.spread), (None, None));
@@ -102,7 +106,7 @@ fn what_is_left_out_takes_its_default() {
 #[test]
 fn rest_without_a_spread_gauge_is_judged_by_speed() {
     let case = Case::parse("channel.toml", &format!("{CHANNEL}stop.rest = {{}}\n")).unwrap();
-    assert_eq!(case.stop.rest, Some(Rest { spread_rate: 5e-5, speed: 1e-3, duration: 1.0 }));
+    assert_eq!(case.stop.rest, Some(Rest { spread_rate: 5e-5, growth: 5e-3, speed: 1e-3, duration: 1.0 }));
 }
 
 #[test]

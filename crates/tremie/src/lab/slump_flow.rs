@@ -176,8 +176,8 @@ precision = "{precision}"
 interval = "20 ms"
 spread = {{ centre = ["0 mm", "0 mm"] }}
 
-# At rest the spread grows by less than 0.05 mm/s (over the last fifth of the time) and 99 % of the concrete is slower than
-# 1 mm/s (for 1 s).
+# At rest the spread grows by less than 0.05 mm/s (over the last fifth of the time), has less than 0.5 % still to grow, and
+# 99 % of the concrete is slower than 1 mm/s (for 1 s).
 [stop]
 time = "{stop} s"
 rest = {{}}
