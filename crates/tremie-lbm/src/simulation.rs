@@ -42,6 +42,8 @@ pub struct LatticeBoltzmann<T: Real> {
     ledger: Ledger,
     /// Mass at the start, or when the time step last changed, which rounding is held against.
     mass: f64,
+    /// Volume that the case gives the fluid, in cells.
+    volume: f64,
     /// Simulated time in s.
     time: f64,
     steps: u64,
@@ -82,6 +84,7 @@ impl<T: Real> LatticeBoltzmann<T> {
             findings: Vec::new(),
             ledger: Ledger::default(),
             mass: 0.0,
+            volume: 0.0,
             time: 0.0,
             steps: 0,
             watch: Watch::default(),
@@ -98,6 +101,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         let excess = new.grid.total_mass() - new.grid.volume();
         new.grid.spread_mass(-excess);
         new.mass = new.grid.total_mass();
+        new.volume = new.mass;
         new.arrange();
         new
     }
@@ -243,7 +247,10 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         }
         self.grid.convert(&self.findings, &mut self.ledger);
         if change.is_some() {
-            // The fluid keeps its volume, and is pressed together by another share.
+            // The fluid is pressed together by another share from now on: it keeps its volume, not its mass, and gets back what
+            // it gained or lost of it since pressures changed.
+            let gained = self.grid.volume() - self.volume;
+            self.grid.spread_mass(-gained);
             self.mass = self.grid.total_mass() + self.ledger.waiting;
         }
         if self.steps.is_multiple_of(CRUMBS) {

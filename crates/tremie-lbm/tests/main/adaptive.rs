@@ -39,7 +39,7 @@ fn a_slump_ends_the_same_in_fewer_steps() {
     assert!(3 * few < 2 * many, "{few} steps against {many}");
     let (a, b) = (length_and_volume(&cells(&*fixed)), length_and_volume(&cells(&*adaptive)));
     assert!((b.0 / a.0 - 1.0).abs() < 0.01, "{a:?} {b:?}");
-    assert!((b.1 / a.1 - 1.0).abs() < 0.01, "{a:?} {b:?}");
+    assert!((b.1 / 200.0 - 1.0).abs() < 3e-3, "{b:?}");
 }
 
 #[test]
