@@ -43,7 +43,7 @@ fn a_slump_ends_the_same_in_fewer_steps() {
 }
 
 #[test]
-fn a_change_of_the_step_changes_nothing_else() {
+fn a_change_of_the_step_changes_little_else_and_mends_the_volume() {
     let mut simulation = slump("adaptive");
     let (mut changes, mut compared) = (0, 0);
     while simulation.time() < 6.0 {
@@ -54,8 +54,7 @@ fn a_change_of_the_step_changes_nothing_else() {
         }
         changes += 1;
         let after = cells(&*simulation);
-        let (a, b) = (length_and_volume(&before), length_and_volume(&after));
-        assert!((b.1 / a.1 - 1.0).abs() < 5e-4, "{a:?} {b:?}");
+        assert!((length_and_volume(&after).1 / 200.0 - 1.0).abs() < 1e-3);
         // A step that changes is a step like any other: what it does to speed, pressure and stress is little.
         let speed = |cells: &Cells| cells.velocity.iter().map(|u| u.length()).collect::<Vec<_>>();
         for (a, b) in [
