@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::{check, failure, lab, run, validate};
+use crate::{check, failure, lab, run, schema, template, validate};
 
 /// Virtual laboratory and casting simulator for fresh concrete and other yield-stress fluids.
 #[derive(Debug, Parser)]
@@ -15,9 +15,10 @@ use crate::{check, failure, lab, run, validate};
     after_help = "\
 Examples:
   tremie lab slump-flow --yield-stress 50Pa --viscosity 30Pa.s
-  tremie check cases/slump-flow/case.toml
-  tremie run cases/slump-flow/case.toml
-  tremie resume runs/slump-flow"
+  tremie new planar-collapse
+  tremie check planar-collapse.toml
+  tremie run planar-collapse.toml
+  tremie resume runs/planar-collapse"
 )]
 struct Program {
     /// Threads that compute [default: all cores]; the results do not depend on it
@@ -29,6 +30,10 @@ struct Program {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Write a commented case file to start from
+    New(template::Arguments),
+    /// Print the JSON Schema of the case file, for editors
+    Schema(schema::Arguments),
     /// Do a standard test in the virtual laboratory
     #[command(subcommand)]
     Lab(lab::Experiment),
@@ -50,6 +55,8 @@ pub fn main() -> ExitCode {
         let threads = program.threads.map_or(0, NonZeroUsize::get);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
         pool.install(|| match program.command {
+            Command::New(arguments) => template::run(&arguments),
+            Command::Schema(_) => Ok(schema::run()),
             Command::Lab(experiment) => lab::run(experiment),
             Command::Run(arguments) => run::run(arguments),
             Command::Resume(arguments) => run::resume(&arguments),

@@ -15,6 +15,8 @@ mod lab;
 mod numbers;
 mod progress;
 mod run;
+mod schema;
+mod template;
 mod terminal;
 pub mod validate;
 

@@ -247,7 +247,7 @@ fn start_again(problem: &str, folder: &RunFolder) -> WrongInput {
 }
 
 /// A path as one types it.
-fn quoted(path: &Path) -> String {
+pub(crate) fn quoted(path: &Path) -> String {
     let text = path.display().to_string();
     if text.contains(char::is_whitespace) { format!("\"{text}\"") } else { text }
 }

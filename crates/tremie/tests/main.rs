@@ -350,9 +350,45 @@ fn wrong_files_and_arguments_are_refused_with_advice() {
 }
 
 #[test]
+fn a_new_case_is_ready_to_run_and_replaces_nothing() {
+    let place = tempfile::tempdir().unwrap();
+    let place = place.path();
+    let names: Vec<String> = done(place, &["new", "--list"])
+        .lines()
+        .map(|line| line.split_whitespace().next().unwrap().to_owned())
+        .collect();
+    assert_eq!(names, ["slump-flow", "planar-collapse", "channel", "drop"]);
+    for name in &names {
+        let told = done(place, &["new", name]);
+        assert!(told.contains(&format!("tremie run {name}.toml")), "{told}");
+        let ready = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../cases/{name}/case.toml"));
+        assert!(fs::read(place.join(format!("{name}.toml"))).unwrap() == fs::read(ready).unwrap());
+    }
+    fs::write(place.join("mine.toml"), "mine").unwrap();
+    refused(place, &["new", "drop", "mine.toml"], &["mine.toml exists already", "--force"]);
+    assert_eq!(fs::read_to_string(place.join("mine.toml")).unwrap(), "mine");
+    done(place, &["new", "drop", "mine.toml", "--force"]);
+    done(place, &["check", "mine.toml"]);
+
+    refused(place, &["new", "drop", "."], &["is a folder"]);
+    refused(place, &["new", "drop", "none/case.toml"], &["no folder none"]);
+    refused(place, &["new", "slumpflow"], &["'slump-flow'"]);
+    refused(place, &["new"], &["EXPERIMENT", "--list"]);
+}
+
+#[test]
+fn the_schema_is_that_of_a_case_file() {
+    let place = tempfile::tempdir().unwrap();
+    let schema: Value = serde_json::from_str(&done(place.path(), &["schema"])).unwrap();
+    let keys: Vec<&String> = schema["properties"].as_object().unwrap().keys().collect();
+    assert_eq!(keys, ["domain", "fluid", "gauges", "lbm", "material", "method", "output", "stop", "title"]);
+}
+
+#[test]
 fn every_command_has_help_with_examples() {
     let place = tempfile::tempdir().unwrap();
-    for command in [&[][..], &["lab", "slump-flow"], &["run"], &["resume"], &["check"]] {
+    for command in [&[][..], &["lab", "slump-flow"], &["run"], &["resume"], &["check"], &["new"], &["schema"]]
+    {
         let told = done(place.path(), &[command, &["--help"]].concat());
         assert!(told.contains("Examples:\n  tremie "), "{command:?}: {told}");
         assert_eq!(told, done(place.path(), &[&["help"], command].concat()));
@@ -374,7 +410,7 @@ fn the_cases_that_come_along_are_sound() {
         assert_eq!(numbers["warnings"], serde_json::json!([]), "{}", case.display());
         number += 1;
     }
-    assert!(number >= 2);
+    assert!(number >= 4);
 }
 
 #[test]
