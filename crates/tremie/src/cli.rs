@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::{check, failure, lab, run, schema, template, validate};
+use crate::{check, failure, lab, report, run, schema, template, validate};
 
 /// Virtual laboratory and casting simulator for fresh concrete and other yield-stress fluids.
 #[derive(Debug, Parser)]
@@ -18,7 +18,8 @@ Examples:
   tremie new planar-collapse
   tremie check planar-collapse.toml
   tremie run planar-collapse.toml
-  tremie resume runs/planar-collapse"
+  tremie resume runs/planar-collapse
+  tremie report runs/planar-collapse"
 )]
 struct Program {
     /// Threads that compute [default: all cores]; the results do not depend on it
@@ -41,6 +42,8 @@ enum Command {
     Run(run::RunArguments),
     /// Go on with an interrupted run
     Resume(run::ResumeArguments),
+    /// Make one page of a run: results, figures, pictures, checks
+    Report(report::Arguments),
     /// Say what a case will cost, and whether its numbers are sound
     Check(check::Arguments),
     /// Compare benchmarks with their references
@@ -60,6 +63,7 @@ pub fn main() -> ExitCode {
             Command::Lab(experiment) => lab::run(experiment),
             Command::Run(arguments) => run::run(arguments),
             Command::Resume(arguments) => run::resume(&arguments),
+            Command::Report(arguments) => report::run(&arguments),
             Command::Check(arguments) => check::run(&arguments),
             Command::Validate(arguments) => validate::run(arguments),
         })

@@ -14,6 +14,7 @@ mod interrupt;
 mod lab;
 mod numbers;
 mod progress;
+mod report;
 mod run;
 mod schema;
 mod template;
