@@ -1,14 +1,18 @@
 //! A parsed TOML document in which every value knows its name and where it stands.
 //!
-//! Tables are read key by key with [`Table::need`] and [`Table::maybe`]. What may stand under a key is a [`Kind`]: a
-//! [`Quantity`], a [`Vector`], a [`Text`], a [`Choice`] of words, a [`Section`] with keys of its own, [`Variants`] of
-//! which one must be there, a [`List`]. A kind refuses what does not fit, at the place where it stands.
+//! A table is a [`Section`]: its keys, and how they make a value. A key that must be there is a [`Need`], one that may
+//! a [`Maybe`], one that has a default an [`Or`]; of [`Variants`] one must be there, and a [`Switch`] says by a word
+//! which. What may stand under a key is a [`Kind`]: a [`Quantity`], a [`Vector`], a [`Text`], a [`Choice`] of words, a
+//! section, a [`List`]. A kind refuses what does not fit, at the place where it stands, and describes itself
+//! for the JSON Schema.
 
 use std::ops::Range;
 
+use serde_json::{Map, json};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::describe::{Description, from_toml, object};
 use crate::fault::Fault;
 use crate::suggestion::{either, nearest};
 use crate::units::{self, Dimension};
@@ -100,6 +104,8 @@ pub(crate) trait Kind {
     fn read(&self, value: &Value<'_>) -> Result<Self::Out, Fault>;
     /// A sentence that says what to write where it is missing; `name` is the full name of the key, `key` its last part.
     fn example(&self, name: &str, key: &str) -> String;
+    /// What may stand there, as JSON Schema.
+    fn describe(&self) -> Map<String, serde_json::Value>;
 }
 
 /// A table whose keys are all known.
@@ -133,9 +139,26 @@ impl<'a> Table<'a> {
     }
 
     /// Reads a key that must be there.
-    pub(crate) fn need<K: Kind>(&self, key: &str, kind: &K) -> Result<K::Out, Fault> {
-        match self.maybe(key, kind)? {
-            Some(out) => Ok(out),
+    pub(crate) fn need<K: Kind>(&self, key: &Need<K>) -> Result<K::Out, Fault> {
+        self.required(key.name, &key.kind)
+    }
+
+    /// Reads a key that may be there.
+    pub(crate) fn maybe<K: Kind>(&self, key: &Maybe<K>) -> Result<Option<K::Out>, Fault> {
+        self.value(key.name).map(|value| key.kind.read(&value)).transpose()
+    }
+
+    /// Reads a key that has a default.
+    pub(crate) fn or<K: Kind>(&self, key: &Or<K>) -> Result<K::Out, Fault> {
+        match self.value(key.name) {
+            Some(value) => key.kind.read(&value),
+            None => key.absent(),
+        }
+    }
+
+    fn required<K: Kind>(&self, key: &str, kind: &K) -> Result<K::Out, Fault> {
+        match self.value(key) {
+            Some(value) => kind.read(&value),
             None => {
                 let name = self.name(key);
                 Err(Fault::new(self.value.node.span(), format!("`{name}` is missing"), "")
@@ -144,14 +167,11 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Reads a key that may be there.
-    pub(crate) fn maybe<K: Kind>(&self, key: &str, kind: &K) -> Result<Option<K::Out>, Fault> {
-        self.value(key).map(|value| kind.read(&value)).transpose()
-    }
-
-    /// Reads the one of the variants that is there; `what` says what they are.
-    pub(crate) fn one_of<T>(&self, what: &str, variants: &Variants<T>) -> Result<T, Fault> {
-        let mut present = variants.0.iter().filter_map(|(key, section)| Some((self.value(key)?, section)));
+    /// Reads the one of the variants that is there.
+    pub(crate) fn one_of<T>(&self, variants: &Variants<T>) -> Result<T, Fault> {
+        let what = variants.what;
+        let mut present =
+            variants.sections.iter().filter_map(|(key, _, section)| Some((self.value(key)?, section)));
         match (present.next(), present.next()) {
             (Some((value, section)), None) => section.read(&value),
             (Some((first, _)), Some((second, _))) => Err(second
@@ -159,9 +179,9 @@ impl<'a> Table<'a> {
                 .related(Some(first.node.span()), format!("`{}` is the first", first.name))),
             (None, _) => {
                 let lines: Vec<String> = variants
-                    .0
+                    .sections
                     .iter()
-                    .map(|(key, section)| format!("\n  {key} = {{ {} }}", section.example.join(", ")))
+                    .map(|(key, _, section)| format!("\n  {key} = {{ {} }}", section.example.join(", ")))
                     .collect();
                 Err(self
                     .value
@@ -169,6 +189,12 @@ impl<'a> Table<'a> {
                     .help(format!("add one of{}", lines.concat())))
             }
         }
+    }
+
+    /// Reads the section that the word says.
+    pub(crate) fn switch<T>(&self, switch: &Switch<T>) -> Result<T, Fault> {
+        let (word, _, section) = self.required(switch.name, &Choice(switch.sections))?;
+        self.required(word, section)
     }
 
     fn name(&self, key: &str) -> String {
@@ -179,17 +205,93 @@ impl<'a> Table<'a> {
 /// A key or several that a table may have.
 pub(crate) trait Keys: Sync {
     fn names(&self) -> Vec<&'static str>;
+    /// Adds what there is to know about them.
+    fn describe(&self, section: &mut Description);
 }
 
-impl Keys for &'static str {
-    fn names(&self) -> Vec<&'static str> {
-        vec![self]
+/// A key that must be there.
+pub(crate) struct Need<K> {
+    name: &'static str,
+    about: &'static str,
+    kind: K,
+}
+
+pub(crate) const fn need<K>(name: &'static str, about: &'static str, kind: K) -> Need<K> {
+    Need { name, about, kind }
+}
+
+/// A key that may be there.
+pub(crate) struct Maybe<K> {
+    name: &'static str,
+    about: &'static str,
+    kind: K,
+}
+
+pub(crate) const fn maybe<K>(name: &'static str, about: &'static str, kind: K) -> Maybe<K> {
+    Maybe { name, about, kind }
+}
+
+/// A key with a default, which is written as one would write it in the file.
+pub(crate) struct Or<K> {
+    name: &'static str,
+    about: &'static str,
+    kind: K,
+    default: &'static str,
+}
+
+pub(crate) const fn or<K>(name: &'static str, default: &'static str, about: &'static str, kind: K) -> Or<K> {
+    Or { name, about, kind, default }
+}
+
+impl<K: Kind> Or<K> {
+    fn absent(&self) -> Result<K::Out, Fault> {
+        let text = format!("{} = {}", self.name, self.default);
+        let document = Document::parse(&text)?;
+        let node = child(&document.0, self.name).unwrap_or(&document.0);
+        self.kind.read(&Value { name: self.name.to_owned(), node })
     }
 }
 
-impl<const N: usize> Keys for [&'static str; N] {
+impl<K: Kind + Sync> Keys for Need<K> {
     fn names(&self) -> Vec<&'static str> {
-        self.to_vec()
+        vec![self.name]
+    }
+
+    fn describe(&self, section: &mut Description) {
+        section.key(self.name, self.about, self.kind.describe());
+        section.require(self.name);
+    }
+}
+
+impl<K: Kind + Sync> Keys for Maybe<K> {
+    fn names(&self) -> Vec<&'static str> {
+        vec![self.name]
+    }
+
+    fn describe(&self, section: &mut Description) {
+        section.key(self.name, self.about, self.kind.describe());
+    }
+}
+
+impl<K: Kind + Sync> Keys for Or<K> {
+    fn names(&self) -> Vec<&'static str> {
+        vec![self.name]
+    }
+
+    fn describe(&self, section: &mut Description) {
+        let mut kind = self.kind.describe();
+        kind.insert("default".to_owned(), from_toml(self.default));
+        section.key(self.name, self.about, kind);
+    }
+}
+
+impl<K: Keys, const N: usize> Keys for [K; N] {
+    fn names(&self) -> Vec<&'static str> {
+        self.iter().flat_map(Keys::names).collect()
+    }
+
+    fn describe(&self, section: &mut Description) {
+        self.iter().for_each(|key| key.describe(section));
     }
 }
 
@@ -216,14 +318,60 @@ impl<T> Kind for Section<T> {
             format!("add {key} = {{ {} }}", self.example.join(", "))
         }
     }
+
+    fn describe(&self) -> Map<String, serde_json::Value> {
+        let mut description = Description::default();
+        self.keys.iter().for_each(|keys| keys.describe(&mut description));
+        description.object()
+    }
 }
 
-/// Sections that exclude each other.
-pub(crate) struct Variants<T: 'static>(pub(crate) &'static [(&'static str, Section<T>)]);
+/// A few words, what each means, and what it stands for.
+pub(crate) type Words<T> = &'static [(&'static str, &'static str, T)];
+
+/// Sections of which one must be there, and only one.
+pub(crate) struct Variants<T: 'static> {
+    /// What they are, in a word.
+    pub(crate) what: &'static str,
+    pub(crate) sections: Words<Section<T>>,
+}
 
 impl<T> Keys for Variants<T> {
     fn names(&self) -> Vec<&'static str> {
-        self.0.iter().map(|(key, _)| *key).collect()
+        self.sections.iter().map(|(key, ..)| *key).collect()
+    }
+
+    fn describe(&self, section: &mut Description) {
+        for (key, about, kind) in self.sections {
+            section.key(key, about, kind.describe());
+        }
+        let one = self.names().into_iter().map(|key| json!({ "required": [key] }));
+        section.rule(json!({ "oneOf": one.collect::<Vec<_>>() }));
+    }
+}
+
+/// A key whose word says which section must be there; the others may.
+pub(crate) struct Switch<T: 'static> {
+    pub(crate) name: &'static str,
+    pub(crate) about: &'static str,
+    pub(crate) sections: Words<Section<T>>,
+}
+
+impl<T> Keys for Switch<T> {
+    fn names(&self) -> Vec<&'static str> {
+        [self.name].into_iter().chain(self.sections.iter().map(|(key, ..)| *key)).collect()
+    }
+
+    fn describe(&self, section: &mut Description) {
+        section.key(self.name, self.about, Choice(self.sections).describe());
+        section.require(self.name);
+        for (key, about, kind) in self.sections {
+            section.key(key, about, kind.describe());
+            section.rule(json!({
+                "if": { "properties": { self.name: { "const": key } } },
+                "then": { "required": [key] },
+            }));
+        }
     }
 }
 
@@ -247,6 +395,10 @@ impl<T> Kind for List<Section<T>> {
 
     fn example(&self, name: &str, _: &str) -> String {
         format!("add\n  [[{name}]]\n  {}", self.0.example.join("\n  "))
+    }
+
+    fn describe(&self) -> Map<String, serde_json::Value> {
+        object(json!({ "type": "array", "minItems": 1, "items": self.0.describe() }))
     }
 }
 
@@ -275,6 +427,16 @@ impl Quantity {
             self.example.to_owned()
         } else {
             format!("\"{}\"", self.example)
+        }
+    }
+
+    /// What it is, such as `a stress, not negative`.
+    fn meaning(&self) -> String {
+        match self.range {
+            Bound::Any => self.dimension.to_string(),
+            Bound::NotNegative => format!("{}, not negative", self.dimension),
+            Bound::Positive => format!("{}, positive", self.dimension),
+            Bound::UpTo(most) => format!("{}, positive and at most {most}", self.dimension),
         }
     }
 }
@@ -310,6 +472,31 @@ impl Kind for Quantity {
     fn example(&self, _: &str, key: &str) -> String {
         format!("add {key} = {}", self.written())
     }
+
+    fn describe(&self) -> Map<String, serde_json::Value> {
+        let sign = if matches!(self.range, Bound::Any) { "[-+]?" } else { "\\+?" };
+        let number = format!("^\\s*{sign}([0-9]+\\.?[0-9]*|\\.[0-9]+)([eE][-+]?[0-9]+)?");
+        let mut described = object(json!({
+            "description": self.meaning(),
+            "examples": [from_toml(&self.written())],
+        }));
+        if self.dimension == Dimension::NUMBER {
+            described.insert("type".to_owned(), json!(["number", "string"]));
+            described.insert("pattern".to_owned(), json!(number));
+            let bounds = match self.range {
+                Bound::Any => json!({}),
+                Bound::NotNegative => json!({ "minimum": 0 }),
+                Bound::Positive => json!({ "exclusiveMinimum": 0 }),
+                Bound::UpTo(most) => json!({ "exclusiveMinimum": 0, "maximum": most }),
+            };
+            described.extend(object(bounds));
+        } else {
+            described.insert("type".to_owned(), json!("string"));
+            // Followed by a unit; which one is for the reader to judge.
+            described.insert("pattern".to_owned(), json!(format!("{number}(\\s*[^\\s0-9.].*|\\s+\\S.*)$")));
+        }
+        described
+    }
 }
 
 /// Components of the same kind.
@@ -338,6 +525,17 @@ impl<const N: usize> Kind for Vector<N> {
     fn example(&self, _: &str, key: &str) -> String {
         format!("add {key} = {}", self.written())
     }
+
+    fn describe(&self) -> Map<String, serde_json::Value> {
+        object(json!({
+            "description": format!("{N} components, each {}", self.0.meaning()),
+            "type": "array",
+            "minItems": N,
+            "maxItems": N,
+            "items": self.0.describe(),
+            "examples": [from_toml(&self.written())],
+        }))
+    }
 }
 
 /// Any text.
@@ -358,27 +556,31 @@ impl Kind for Text {
     fn example(&self, _: &str, key: &str) -> String {
         format!("add {key} = \"{}\"", self.example)
     }
+
+    fn describe(&self) -> Map<String, serde_json::Value> {
+        object(json!({ "type": "string", "examples": [self.example] }))
+    }
 }
 
 /// One of a few words, each of which stands for something.
-pub(crate) struct Choice<T: 'static>(pub(crate) &'static [(&'static str, T)]);
+pub(crate) struct Choice<T: 'static>(pub(crate) Words<T>);
 
 impl<T> Choice<T> {
     /// The words, as one would write them.
     pub(crate) fn written(&self) -> String {
-        either(self.0.iter().map(|(word, _)| format!("\"{word}\"")))
+        either(self.0.iter().map(|(word, ..)| format!("\"{word}\"")))
     }
 }
 
 impl<T> Kind for Choice<T> {
-    type Out = &'static (&'static str, T);
+    type Out = &'static (&'static str, &'static str, T);
 
     fn read(&self, value: &Value<'_>) -> Result<Self::Out, Fault> {
         let DeValue::String(text) = value.get() else {
             return Err(value.wrong_type(self.written()));
         };
-        let words: Vec<&str> = self.0.iter().map(|(word, _)| *word).collect();
-        self.0.iter().find(|(word, _)| *word == text.as_ref()).ok_or_else(|| {
+        let words: Vec<&str> = self.0.iter().map(|(word, ..)| *word).collect();
+        self.0.iter().find(|(word, ..)| *word == text.as_ref()).ok_or_else(|| {
             let label = match nearest(text, &words) {
                 Some(meant) => format!("did you mean \"{meant}\"?"),
                 None => format!("write {}", self.written()),
@@ -389,5 +591,10 @@ impl<T> Kind for Choice<T> {
 
     fn example(&self, _: &str, key: &str) -> String {
         format!("add {key} = {}", self.written())
+    }
+
+    fn describe(&self) -> Map<String, serde_json::Value> {
+        let words = self.0.iter().map(|(word, about, _)| json!({ "const": word, "description": about }));
+        object(json!({ "oneOf": words.collect::<Vec<_>>() }))
     }
 }

@@ -5,11 +5,13 @@
 //! it too.
 //!
 //! Inside: `document` wraps the parsed document in getters that know where everything stands; `schema` says which keys
-//! there are and what they mean (a new section, flow curve or shape is one entry there); `check` holds what is
+//! there are and what they mean (a new section, flow curve or shape is one entry there); `describe` turns the same
+//! into a JSON Schema; `check` holds what is
 //! wrong only in combination; `fault` turns a complaint about a place in the text into a message.
 
 mod case;
 mod check;
+mod describe;
 mod document;
 mod fault;
 mod schema;
@@ -21,3 +23,8 @@ pub use case::{
     Stepping, Stop,
 };
 pub use fault::{CaseError, InvalidCase};
+
+/// The JSON Schema (draft 2020-12) of the case file: its keys, what they mean, and what may stand there.
+pub fn json_schema() -> serde_json::Value {
+    schema::describe()
+}

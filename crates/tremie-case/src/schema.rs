@@ -1,8 +1,10 @@
-//! The keys of a case file: what there is, in which units, within which bounds, and what stands for it if absent.
+//! The keys of a case file: what there is, what it means, in which units, within which bounds, and what stands for it if
+//! absent.
 //!
-//! A new flow curve is an entry in `FLOW_CURVES`, a new shape one in `SHAPES`, a new method one in `METHODS`; a new
-//! section is a constant like the others and a line in `read`.
+//! A new flow curve is an entry in `FLOW_CURVES`, a new shape one in `SHAPES`, a new method one in `METHOD`; a new
+//! section is a constant like the others and a key in `CASE`.
 
+use serde_json::{Map, Value as Json, json};
 use toml::de::DeValue;
 use tremie_geometry::Shape;
 use tremie_numerics::{DVec2, DVec3};
@@ -12,8 +14,10 @@ use crate::case::{
     Case, Domain, FluidRegion, Gauges, Lbm, Material, Method, Output, Precision, Rest, Side, SpreadGauge,
     Stepping, Stop,
 };
+use crate::describe::object;
 use crate::document::{
-    Bound, Choice, Document, Kind, List, Quantity, Section, Text, Value, Variants, Vector,
+    Bound, Choice, Document, Kind, List, Maybe, Need, Or, Quantity, Section, Switch, Text, Value, Variants,
+    Vector, maybe, need, or,
 };
 use crate::fault::Fault;
 use crate::units::Dimension;
@@ -22,131 +26,180 @@ const fn quantity(dimension: Dimension, range: Bound, example: &'static str) -> 
     Quantity { dimension, range, example }
 }
 
-const DENSITY: Quantity = quantity(Dimension::DENSITY, Bound::Positive, "2300 kg/m3");
-const YIELD_STRESS: Quantity = quantity(Dimension::STRESS, Bound::NotNegative, "50 Pa");
-const VISCOSITY: Quantity = quantity(Dimension::VISCOSITY, Bound::Positive, "30 Pa s");
-const POSITION: Quantity = quantity(Dimension::LENGTH, Bound::Any, "0.2 m");
+const COORDINATE: Quantity = quantity(Dimension::LENGTH, Bound::Any, "0.2 m");
 const LENGTH: Quantity = quantity(Dimension::LENGTH, Bound::Positive, "200 mm");
-const DIAMETER_OR_POINT: Quantity = quantity(Dimension::LENGTH, Bound::NotNegative, "200 mm");
-const CELL_SIZE: Quantity = quantity(Dimension::LENGTH, Bound::Positive, "5 mm");
-const VELOCITY: Quantity = quantity(Dimension::SPEED, Bound::Any, "0 m/s");
+const LENGTH_OR_ZERO: Quantity = quantity(Dimension::LENGTH, Bound::NotNegative, "200 mm");
 const SPEED: Quantity = quantity(Dimension::SPEED, Bound::Positive, "1 mm/s");
-const ACCELERATION: Quantity = quantity(Dimension::ACCELERATION, Bound::Any, "0 m/s2");
 const TIME: Quantity = quantity(Dimension::TIME, Bound::Positive, "1 s");
-const DIRECTION: Quantity = quantity(Dimension::NUMBER, Bound::Any, "1");
-const SHARE: Quantity = quantity(Dimension::NUMBER, Bound::UpTo(1.0), "0.02");
-/// Far enough below the speed of sound of the lattice, 1/sqrt(3).
-const LATTICE_SPEED: Quantity = quantity(Dimension::NUMBER, Bound::UpTo(0.3), "0.1");
-const LATTICE_VISCOSITY: Quantity = quantity(Dimension::NUMBER, Bound::Positive, "0.167");
+const POINT: Vector<3> = Vector(COORDINATE);
+const MOTION: Vector<3> = Vector(quantity(Dimension::SPEED, Bound::Any, "0 m/s"));
+const VISCOSITY: Quantity = quantity(Dimension::VISCOSITY, Bound::Positive, "30 Pa s");
 
 /// Reads the document; what is wrong only in combination is left to `check`.
 pub(crate) fn read(document: &Document<'_>, text: &str) -> Result<Case, Fault> {
     Ok(Case { text: text.to_owned(), ..CASE.read(&document.root())? })
 }
 
-const CASE: Section<Case> = Section {
-    keys: &[&"title", &"method", &"material", &"domain", &"fluid", &"gauges", &"stop", &"output", &METHODS],
-    example: &[],
-    read: |t| {
-        Ok(Case {
-            title: t.need("title", &Text { example: "Slump flow" })?,
-            method: {
-                let (key, section) = t.need("method", &Choice(METHODS.0))?;
-                t.need(key, section)?
-            },
-            material: t.need("material", &MATERIAL)?,
-            domain: t.need("domain", &DOMAIN)?,
-            fluid: t.need("fluid", &List(FLUID))?,
-            gauges: t.need("gauges", &GAUGES)?,
-            stop: t.need("stop", &STOP)?,
-            output: t.maybe("output", &OUTPUT)?.unwrap_or(Output {
-                snapshot_interval: None,
-                picture_interval: None,
-                checkpoint_interval: CHECKPOINT_INTERVAL,
-            }),
-            text: String::new(),
-        })
-    },
+/// The keys as JSON Schema.
+pub(crate) fn describe() -> Json {
+    let mut schema = object(json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Tremie case file",
+        "description": "What is to be computed. Quantities are texts of a number and a unit, such as \"50 Pa\".",
+    }));
+    schema.extend(CASE.describe());
+    schema.into()
+}
+
+const CASE: Section<Case> = {
+    const TITLE: Need<Text> =
+        need("title", "what you call it; it stands above the pictures", Text { example: "Slump flow" });
+    const MATERIAL_KEY: Need<Section<Material>> = need("material", "the fluid", MATERIAL);
+    const DOMAIN_KEY: Need<Section<Domain>> =
+        need("domain", "the box in which the fluid flows, a whole number of cells along each axis", DOMAIN);
+    const FLUID_KEY: Need<List<Section<FluidRegion>>> =
+        need("fluid", "where fluid is at the start: one or more regions, which may overlap", List(FLUID));
+    const GAUGES_KEY: Need<Section<Gauges>> = need("gauges", "what is measured", GAUGES);
+    const STOP_KEY: Need<Section<Stop>> = need("stop", "when the run ends", STOP);
+    const OUTPUT_KEY: Or<Section<Output>> = or("output", "{}", "what is written", OUTPUT);
+    Section {
+        keys: &[&TITLE, &METHOD, &MATERIAL_KEY, &DOMAIN_KEY, &FLUID_KEY, &GAUGES_KEY, &STOP_KEY, &OUTPUT_KEY],
+        example: &[],
+        read: |t| {
+            Ok(Case {
+                title: t.need(&TITLE)?,
+                method: t.switch(&METHOD)?,
+                material: t.need(&MATERIAL_KEY)?,
+                domain: t.need(&DOMAIN_KEY)?,
+                fluid: t.need(&FLUID_KEY)?,
+                gauges: t.need(&GAUGES_KEY)?,
+                stop: t.need(&STOP_KEY)?,
+                output: t.or(&OUTPUT_KEY)?,
+                text: String::new(),
+            })
+        },
+    }
 };
 
-const MATERIAL: Section<Material> = Section {
-    keys: &[&"density", &FLOW_CURVES],
-    example: &[
-        "density = \"2300 kg/m3\"",
-        "bingham = { yield_stress = \"50 Pa\", plastic_viscosity = \"30 Pa s\" }",
+const MATERIAL: Section<Material> = {
+    const DENSITY: Need<Quantity> =
+        need("density", "density of the fluid", quantity(Dimension::DENSITY, Bound::Positive, "2300 kg/m3"));
+    Section {
+        keys: &[&DENSITY, &FLOW_CURVES],
+        example: &[
+            "density = \"2300 kg/m3\"",
+            "bingham = { yield_stress = \"50 Pa\", plastic_viscosity = \"30 Pa s\" }",
+        ],
+        read: |t| Ok(Material { density: t.need(&DENSITY)?, curve: t.one_of(&FLOW_CURVES)? }),
+    }
+};
+
+const FLOW_CURVES: Variants<FlowCurve> = Variants {
+    what: "flow curve",
+    sections: &[
+        ("newtonian", "flow curve: stress = viscosity x shear rate", NEWTONIAN),
+        (
+            "bingham",
+            "flow curve: no flow up to the yield stress, then stress = yield stress + plastic viscosity x shear rate",
+            BINGHAM,
+        ),
     ],
-    read: |t| {
-        Ok(Material { density: t.need("density", &DENSITY)?, curve: t.one_of("flow curve", &FLOW_CURVES)? })
-    },
 };
 
-const FLOW_CURVES: Variants<FlowCurve> = Variants(&[
-    (
-        "newtonian",
-        Section {
-            keys: &[&"viscosity"],
-            example: &["viscosity = \"30 Pa s\""],
-            read: |t| Ok(FlowCurve::Newtonian { viscosity: t.need("viscosity", &VISCOSITY)? }),
-        },
-    ),
-    (
-        "bingham",
-        Section {
-            keys: &[&"yield_stress", &"plastic_viscosity"],
-            example: &["yield_stress = \"50 Pa\"", "plastic_viscosity = \"30 Pa s\""],
-            read: |t| {
-                Ok(FlowCurve::Bingham {
-                    yield_stress: t.need("yield_stress", &YIELD_STRESS)?,
-                    plastic_viscosity: t.need("plastic_viscosity", &VISCOSITY)?,
-                })
-            },
-        },
-    ),
-]);
-
-const DOMAIN: Section<Domain> = Section {
-    keys: &[&"min", &"max", &"gravity", &"sides"],
-    example: CORNERS,
-    read: |t| {
-        Ok(Domain {
-            min: t.need("min", &Vector(POSITION))?.into(),
-            max: t.need("max", &Vector(POSITION))?.into(),
-            gravity: t
-                .maybe("gravity", &Vector(ACCELERATION))?
-                .map_or(DVec3::new(0.0, 0.0, -9.81), DVec3::from),
-            sides: t.maybe("sides", &SIDES)?.unwrap_or([Side::REST; 6]),
-        })
-    },
+const NEWTONIAN: Section<FlowCurve> = {
+    const KEY: Need<Quantity> = need("viscosity", "viscosity", VISCOSITY);
+    Section {
+        keys: &[&KEY],
+        example: &["viscosity = \"30 Pa s\""],
+        read: |t| Ok(FlowCurve::Newtonian { viscosity: t.need(&KEY)? }),
+    }
 };
 
+const BINGHAM: Section<FlowCurve> = {
+    const YIELD_STRESS: Need<Quantity> = need(
+        "yield_stress",
+        "stress below which there is no flow",
+        quantity(Dimension::STRESS, Bound::NotNegative, "50 Pa"),
+    );
+    const PLASTIC_VISCOSITY: Need<Quantity> =
+        need("plastic_viscosity", "slope of the flow curve above the yield stress", VISCOSITY);
+    Section {
+        keys: &[&YIELD_STRESS, &PLASTIC_VISCOSITY],
+        example: &["yield_stress = \"50 Pa\"", "plastic_viscosity = \"30 Pa s\""],
+        read: |t| {
+            Ok(FlowCurve::Bingham {
+                yield_stress: t.need(&YIELD_STRESS)?,
+                plastic_viscosity: t.need(&PLASTIC_VISCOSITY)?,
+            })
+        },
+    }
+};
+
+const MIN: Need<Vector<3>> = need("min", "corner with the smallest coordinates", POINT);
+const MAX: Need<Vector<3>> = need("max", "corner with the largest coordinates", POINT);
 const CORNERS: &[&str] = &["min = [\"0 m\", \"0 m\", \"0 m\"]", "max = [\"0.4 m\", \"0.4 m\", \"0.3 m\"]"];
+
+const DOMAIN: Section<Domain> = {
+    const GRAVITY: Or<Vector<3>> = or(
+        "gravity",
+        "[\"0 m/s2\", \"0 m/s2\", \"-9.81 m/s2\"]",
+        "acceleration that drives the flow; z points upwards",
+        Vector(quantity(Dimension::ACCELERATION, Bound::Any, "0 m/s2")),
+    );
+    const SIDES_KEY: Or<Section<[Side; 6]>> = or("sides", "{}", "what bounds the box", SIDES);
+    Section {
+        keys: &[&MIN, &MAX, &GRAVITY, &SIDES_KEY],
+        example: CORNERS,
+        read: |t| {
+            Ok(Domain {
+                min: t.need(&MIN)?.into(),
+                max: t.need(&MAX)?.into(),
+                gravity: t.or(&GRAVITY)?.into(),
+                sides: t.or(&SIDES_KEY)?,
+            })
+        },
+    }
+};
 
 /// Keys of the sides in the order of [`Domain::sides`].
 pub(crate) const SIDE_KEYS: [&str; 6] = ["x_min", "x_max", "y_min", "y_max", "z_min", "z_max"];
 
-const SIDES: Section<[Side; 6]> = Section {
-    keys: &[&SIDE_KEYS],
-    example: &["x_min = \"symmetry\""],
-    read: |t| {
-        let mut sides = [Side::REST; 6];
-        for (side, key) in sides.iter_mut().zip(SIDE_KEYS) {
-            *side = t.maybe(key, &SideKind)?.unwrap_or(Side::REST);
-        }
-        Ok(sides)
-    },
+const SIDES: Section<[Side; 6]> = {
+    const fn side(number: usize) -> Or<SideKind> {
+        or(SIDE_KEYS[number], "\"wall\"", "what bounds the box on this side", SideKind)
+    }
+    const KEYS: [Or<SideKind>; 6] = [side(0), side(1), side(2), side(3), side(4), side(5)];
+    Section {
+        keys: &[&KEYS],
+        example: &["x_min = \"symmetry\""],
+        read: |t| {
+            let mut sides = [Side::REST; 6];
+            for (side, key) in sides.iter_mut().zip(&KEYS) {
+                *side = t.or(key)?;
+            }
+            Ok(sides)
+        },
+    }
 };
 
 /// A word, or a table for a wall that moves.
 struct SideKind;
 
 impl SideKind {
-    const WORDS: Choice<Side> =
-        Choice(&[("wall", Side::REST), ("symmetry", Side::Symmetry), ("periodic", Side::Periodic)]);
+    const WORDS: Choice<Side> = Choice(&[
+        ("wall", "a wall to which the fluid sticks", Side::REST),
+        ("symmetry", "a plane of symmetry", Side::Symmetry),
+        ("periodic", "what leaves here enters on the opposite side", Side::Periodic),
+    ]);
 
-    const MOVING: Section<Side> = Section {
-        keys: &[&"velocity"],
-        example: &["velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"]"],
-        read: |t| Ok(Side::Wall { velocity: t.need("velocity", &Vector(VELOCITY))?.into() }),
+    const MOVING: Section<Side> = {
+        const VELOCITY: Need<Vector<3>> =
+            need("velocity", "velocity of the wall, within its own plane", MOTION);
+        Section {
+            keys: &[&VELOCITY],
+            example: &["velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"]"],
+            read: |t| Ok(Side::Wall { velocity: t.need(&VELOCITY)?.into() }),
+        }
     };
 }
 
@@ -156,7 +209,7 @@ impl Kind for SideKind {
     fn read(&self, value: &Value<'_>) -> Result<Side, Fault> {
         match value.get() {
             DeValue::Table(_) => Self::MOVING.read(value),
-            DeValue::String(_) => Self::WORDS.read(value).map(|(_, side)| *side),
+            DeValue::String(_) => Self::WORDS.read(value).map(|(.., side)| *side),
             _ => Err(value.wrong_type(format!(
                 "{}, or {{ {} }}",
                 Self::WORDS.written(),
@@ -168,158 +221,253 @@ impl Kind for SideKind {
     fn example(&self, name: &str, key: &str) -> String {
         Self::WORDS.example(name, key)
     }
+
+    fn describe(&self) -> Map<String, Json> {
+        object(json!({ "anyOf": [Self::WORDS.describe(), Self::MOVING.describe()] }))
+    }
 }
 
-const FLUID: Section<FluidRegion> = Section {
-    keys: &[&"velocity", &SHAPES],
-    example: &["sphere = { centre = [\"0.2 m\", \"0.2 m\", \"0.1 m\"], diameter = \"100 mm\" }"],
-    read: |t| {
-        Ok(FluidRegion {
-            shape: t.one_of("shape", &SHAPES)?,
-            velocity: t.maybe("velocity", &Vector(VELOCITY))?.map_or(DVec3::ZERO, DVec3::from),
-        })
-    },
+const FLUID: Section<FluidRegion> = {
+    const VELOCITY: Or<Vector<3>> =
+        or("velocity", "[\"0 m/s\", \"0 m/s\", \"0 m/s\"]", "velocity at the start", MOTION);
+    Section {
+        keys: &[&VELOCITY, &SHAPES],
+        example: &["sphere = { centre = [\"0.2 m\", \"0.2 m\", \"0.1 m\"], diameter = \"100 mm\" }"],
+        read: |t| Ok(FluidRegion { shape: t.one_of(&SHAPES)?, velocity: t.or(&VELOCITY)?.into() }),
+    }
 };
 
-const SHAPES: Variants<Shape> = Variants(&[
-    (
-        "box",
-        Section {
-            keys: &[&"min", &"max"],
-            example: CORNERS,
-            read: |t| {
-                Ok(Shape::Box {
-                    min: t.need("min", &Vector(POSITION))?.into(),
-                    max: t.need("max", &Vector(POSITION))?.into(),
-                })
-            },
-        },
-    ),
-    (
-        "sphere",
-        Section {
-            keys: &[&"centre", &"diameter"],
-            example: &["centre = [\"0.2 m\", \"0.2 m\", \"0.1 m\"]", "diameter = \"100 mm\""],
-            read: |t| {
-                Ok(Shape::Sphere {
-                    centre: t.need("centre", &Vector(POSITION))?.into(),
-                    radius: 0.5 * t.need("diameter", &LENGTH)?,
-                })
-            },
-        },
-    ),
-    (
-        "cone",
-        Section {
-            keys: &[&"base", &"base_diameter", &"top_diameter", &"height"],
-            example: &[
-                "base = [\"0.2 m\", \"0.2 m\", \"0 m\"]",
-                "base_diameter = \"200 mm\"",
-                "top_diameter = \"100 mm\"",
-                "height = \"300 mm\"",
-            ],
-            read: |t| {
-                Ok(Shape::Cone {
-                    base: t.need("base", &Vector(POSITION))?.into(),
-                    base_radius: 0.5 * t.need("base_diameter", &DIAMETER_OR_POINT)?,
-                    top_radius: 0.5 * t.need("top_diameter", &DIAMETER_OR_POINT)?,
-                    height: t.need("height", &LENGTH)?,
-                })
-            },
-        },
-    ),
-    (
-        "cylinder",
-        Section {
-            keys: &[&"point", &"axis", &"diameter"],
-            example: &["point = [\"0.2 m\", \"0 m\", \"0 m\"]", "axis = [0, 1, 0]", "diameter = \"100 mm\""],
-            read: |t| {
-                Ok(Shape::Cylinder {
-                    point: t.need("point", &Vector(POSITION))?.into(),
-                    // Zero where there is no direction, which `check` refuses.
-                    axis: DVec3::from(t.need("axis", &Vector(DIRECTION))?).normalize_or_zero(),
-                    radius: 0.5 * t.need("diameter", &LENGTH)?,
-                })
-            },
-        },
-    ),
-]);
+const SHAPES: Variants<Shape> = Variants {
+    what: "shape",
+    sections: &[
+        ("box", "shape: a box with edges along the axes", BOX),
+        ("sphere", "shape: a sphere", SPHERE),
+        ("cone", "shape: an upright cone, or a frustum of one", CONE),
+        ("cylinder", "shape: a cylinder without ends, cut off by the domain", CYLINDER),
+    ],
+};
 
-const METHODS: Variants<Method> = Variants(&[(
-    "lbm",
+const DIAMETER: Need<Quantity> = need("diameter", "diameter", LENGTH);
+
+const BOX: Section<Shape> = Section {
+    keys: &[&MIN, &MAX],
+    example: CORNERS,
+    read: |t| Ok(Shape::Box { min: t.need(&MIN)?.into(), max: t.need(&MAX)?.into() }),
+};
+
+const SPHERE: Section<Shape> = {
+    const CENTRE: Need<Vector<3>> = need("centre", "centre", POINT);
+    Section {
+        keys: &[&CENTRE, &DIAMETER],
+        example: &["centre = [\"0.2 m\", \"0.2 m\", \"0.1 m\"]", "diameter = \"100 mm\""],
+        read: |t| Ok(Shape::Sphere { centre: t.need(&CENTRE)?.into(), radius: 0.5 * t.need(&DIAMETER)? }),
+    }
+};
+
+const CONE: Section<Shape> = {
+    const BASE: Need<Vector<3>> = need("base", "centre of the lower end", POINT);
+    const BASE_DIAMETER: Need<Quantity> =
+        need("base_diameter", "diameter of the lower end, zero for a point", LENGTH_OR_ZERO);
+    const TOP_DIAMETER: Need<Quantity> =
+        need("top_diameter", "diameter of the upper end, zero for a point", LENGTH_OR_ZERO);
+    const HEIGHT: Need<Quantity> = need("height", "height", LENGTH);
+    Section {
+        keys: &[&BASE, &BASE_DIAMETER, &TOP_DIAMETER, &HEIGHT],
+        example: &[
+            "base = [\"0.2 m\", \"0.2 m\", \"0 m\"]",
+            "base_diameter = \"200 mm\"",
+            "top_diameter = \"100 mm\"",
+            "height = \"300 mm\"",
+        ],
+        read: |t| {
+            Ok(Shape::Cone {
+                base: t.need(&BASE)?.into(),
+                base_radius: 0.5 * t.need(&BASE_DIAMETER)?,
+                top_radius: 0.5 * t.need(&TOP_DIAMETER)?,
+                height: t.need(&HEIGHT)?,
+            })
+        },
+    }
+};
+
+const CYLINDER: Section<Shape> = {
+    const ON_AXIS: Need<Vector<3>> = need("point", "a point on the axis", POINT);
+    const AXIS: Need<Vector<3>> =
+        need("axis", "direction of the axis", Vector(quantity(Dimension::NUMBER, Bound::Any, "1")));
+    Section {
+        keys: &[&ON_AXIS, &AXIS, &DIAMETER],
+        example: &["point = [\"0.2 m\", \"0 m\", \"0 m\"]", "axis = [0, 1, 0]", "diameter = \"100 mm\""],
+        read: |t| {
+            Ok(Shape::Cylinder {
+                point: t.need(&ON_AXIS)?.into(),
+                // Zero where there is no direction, which `check` refuses.
+                axis: DVec3::from(t.need(&AXIS)?).normalize_or_zero(),
+                radius: 0.5 * t.need(&DIAMETER)?,
+            })
+        },
+    }
+};
+
+const METHOD: Switch<Method> = Switch {
+    name: "method",
+    about: "how the flow is computed; its settings stand in a section of the same name",
+    sections: &[("lbm", "free-surface lattice Boltzmann", LBM)],
+};
+
+const LBM: Section<Method> = {
+    const CELL_SIZE: Need<Quantity> =
+        need("cell_size", "edge of a cell", quantity(Dimension::LENGTH, Bound::Positive, "5 mm"));
+    const PRECISION: Or<Choice<Precision>> = or(
+        "precision",
+        "\"f32\"",
+        "format of the numbers in the cells",
+        Choice(&[
+            ("f32", "32 bits", Precision::F32),
+            ("f64", "64 bits: twice the memory, slower", Precision::F64),
+        ]),
+    );
+    const TIME_STEP: Maybe<Quantity> = maybe(
+        "time_step",
+        "length of a step, or of the first; if absent, the largest that meets the three limits",
+        TIME,
+    );
+    const STEPPING: Or<Choice<Stepping>> = or(
+        "stepping",
+        "\"fixed\"",
+        "how long the other steps are",
+        Choice(&[
+            ("fixed", "as long as the first", Stepping::Fixed),
+            (
+                "adaptive",
+                "longer when the flow has become slow and low, shorter when it has not",
+                Stepping::Adaptive,
+            ),
+        ]),
+    );
+    const HYDROSTATIC_ERROR: Or<Quantity> = or(
+        "hydrostatic_error",
+        "0.02",
+        "limit of the time step: largest relative change of density under the fluid's own weight",
+        quantity(Dimension::NUMBER, Bound::UpTo(1.0), "0.02"),
+    );
+    // The bound is far enough below the speed of sound of the lattice, 1/sqrt(3).
+    const LATTICE_SPEED: Or<Quantity> = or(
+        "lattice_speed",
+        "0.1",
+        "limit of the time step: largest speed in cells a step",
+        quantity(Dimension::NUMBER, Bound::UpTo(0.3), "0.1"),
+    );
+    const LATTICE_VISCOSITY: Or<Quantity> = or(
+        "lattice_viscosity",
+        "0.16666666666666666",
+        "limit of the time step: kinematic viscosity in cells squared a step that it aims at",
+        quantity(Dimension::NUMBER, Bound::Positive, "0.167"),
+    );
     Section {
         keys: &[
-            &"cell_size",
-            &"precision",
-            &"time_step",
-            &"stepping",
-            &"hydrostatic_error",
-            &"lattice_speed",
-            &"lattice_viscosity",
+            &CELL_SIZE,
+            &PRECISION,
+            &TIME_STEP,
+            &STEPPING,
+            &HYDROSTATIC_ERROR,
+            &LATTICE_SPEED,
+            &LATTICE_VISCOSITY,
         ],
         example: &["cell_size = \"5 mm\""],
         read: |t| {
+            let (.., precision) = t.or(&PRECISION)?;
+            let (.., stepping) = t.or(&STEPPING)?;
             Ok(Method::Lbm(Lbm {
-                cell_size: t.need("cell_size", &CELL_SIZE)?,
-                precision: t
-                    .maybe("precision", &PRECISION)?
-                    .map_or(Precision::F32, |(_, precision)| *precision),
-                time_step: t.maybe("time_step", &TIME)?,
-                stepping: t.maybe("stepping", &STEPPING)?.map_or(Stepping::Fixed, |(_, stepping)| *stepping),
-                hydrostatic_error: t.maybe("hydrostatic_error", &SHARE)?.unwrap_or(0.02),
-                lattice_speed: t.maybe("lattice_speed", &LATTICE_SPEED)?.unwrap_or(0.1),
-                lattice_viscosity: t.maybe("lattice_viscosity", &LATTICE_VISCOSITY)?.unwrap_or(1.0 / 6.0),
+                cell_size: t.need(&CELL_SIZE)?,
+                precision: *precision,
+                time_step: t.maybe(&TIME_STEP)?,
+                stepping: *stepping,
+                hydrostatic_error: t.or(&HYDROSTATIC_ERROR)?,
+                lattice_speed: t.or(&LATTICE_SPEED)?,
+                lattice_viscosity: t.or(&LATTICE_VISCOSITY)?,
             }))
         },
-    },
-)]);
-
-const STEPPING: Choice<Stepping> = Choice(&[("fixed", Stepping::Fixed), ("adaptive", Stepping::Adaptive)]);
-
-const PRECISION: Choice<Precision> = Choice(&[("f32", Precision::F32), ("f64", Precision::F64)]);
-
-const GAUGES: Section<Gauges> = Section {
-    keys: &[&"interval", &"spread"],
-    example: &["interval = \"20 ms\""],
-    read: |t| Ok(Gauges { interval: t.need("interval", &TIME)?, spread: t.maybe("spread", &SPREAD)? }),
+    }
 };
 
-const SPREAD: Section<SpreadGauge> = Section {
-    keys: &[&"centre"],
-    example: &["centre = [\"0 m\", \"0 m\"]"],
-    read: |t| Ok(SpreadGauge { centre: DVec2::from(t.need("centre", &Vector(POSITION))?) }),
+const GAUGES: Section<Gauges> = {
+    const INTERVAL: Need<Quantity> =
+        need("interval", "simulated time between two readings (rows of series.csv)", TIME);
+    const SPREAD_KEY: Maybe<Section<SpreadGauge>> =
+        maybe("spread", "measures the diameter of the fluid around a vertical axis, and T500", SPREAD);
+    Section {
+        keys: &[&INTERVAL, &SPREAD_KEY],
+        example: &["interval = \"20 ms\""],
+        read: |t| Ok(Gauges { interval: t.need(&INTERVAL)?, spread: t.maybe(&SPREAD_KEY)? }),
+    }
 };
 
-const STOP: Section<Stop> = Section {
-    keys: &[&"time", &"rest"],
-    example: &["time = \"60 s\""],
-    read: |t| Ok(Stop { time: t.need("time", &TIME)?, rest: t.maybe("rest", &REST)? }),
+const SPREAD: Section<SpreadGauge> = {
+    const CENTRE: Need<Vector<2>> = need("centre", "x and y of the axis", Vector(COORDINATE));
+    Section {
+        keys: &[&CENTRE],
+        example: &["centre = [\"0 m\", \"0 m\"]"],
+        read: |t| Ok(SpreadGauge { centre: DVec2::from(t.need(&CENTRE)?) }),
+    }
 };
 
-const REST: Section<Rest> = Section {
-    keys: &[&"spread_rate", &"growth", &"speed", &"duration"],
-    example: &["speed = \"1 mm/s\""],
-    read: |t| {
-        Ok(Rest {
-            spread_rate: t.maybe("spread_rate", &SPEED)?.unwrap_or(5e-5),
-            growth: t.maybe("growth", &SHARE)?.unwrap_or(5e-3),
-            speed: t.maybe("speed", &SPEED)?.unwrap_or(1e-3),
-            duration: t.maybe("duration", &TIME)?.unwrap_or(1.0),
-        })
-    },
+const STOP: Section<Stop> = {
+    const STOP_TIME: Need<Quantity> =
+        need("time", "simulated time at which the run ends at the latest", TIME);
+    const REST_KEY: Maybe<Section<Rest>> =
+        maybe("rest", "ends the run earlier when the fluid is at rest", REST);
+    Section {
+        keys: &[&STOP_TIME, &REST_KEY],
+        example: &["time = \"60 s\""],
+        read: |t| Ok(Stop { time: t.need(&STOP_TIME)?, rest: t.maybe(&REST_KEY)? }),
+    }
 };
 
-const OUTPUT: Section<Output> = Section {
-    keys: &[&"snapshot_interval", &"picture_interval", &"checkpoint_interval"],
-    example: &["snapshot_interval = \"1 s\""],
-    read: |t| {
-        Ok(Output {
-            snapshot_interval: t.maybe("snapshot_interval", &TIME)?,
-            picture_interval: t.maybe("picture_interval", &TIME)?,
-            checkpoint_interval: t.maybe("checkpoint_interval", &TIME)?.unwrap_or(CHECKPOINT_INTERVAL),
-        })
-    },
+const REST: Section<Rest> = {
+    const SPREAD_RATE: Or<Quantity> = or(
+        "spread_rate",
+        "\"0.05 mm/s\"",
+        "the spread changes by less than this, on average over the last fifth of the time since the start (needs the spread gauge)",
+        SPEED,
+    );
+    const GROWTH: Or<Quantity> = or(
+        "growth",
+        "\"0.5 %\"",
+        "the spread has less than this share still to grow, if its rate goes on falling with the square of the time (needs the spread gauge)",
+        quantity(Dimension::NUMBER, Bound::UpTo(1.0), "0.5 %"),
+    );
+    const SLOW: Or<Quantity> = or("speed", "\"1 mm/s\"", "99 % of the fluid is slower than this", SPEED);
+    const DURATION: Or<Quantity> = or("duration", "\"1 s\"", "the speed stays so low for this long", TIME);
+    Section {
+        keys: &[&SPREAD_RATE, &GROWTH, &SLOW, &DURATION],
+        example: &["speed = \"1 mm/s\""],
+        read: |t| {
+            Ok(Rest {
+                spread_rate: t.or(&SPREAD_RATE)?,
+                growth: t.or(&GROWTH)?,
+                speed: t.or(&SLOW)?,
+                duration: t.or(&DURATION)?,
+            })
+        },
+    }
 };
 
-/// In s of wall-clock time.
-const CHECKPOINT_INTERVAL: f64 = 60.0;
+const OUTPUT: Section<Output> = {
+    const SNAPSHOT_INTERVAL: Maybe<Quantity> =
+        maybe("snapshot_interval", "simulated time between two sets of fields for ParaView", TIME);
+    const PICTURE_INTERVAL: Maybe<Quantity> =
+        maybe("picture_interval", "simulated time between two pictures", TIME);
+    const CHECKPOINT_INTERVAL: Or<Quantity> =
+        or("checkpoint_interval", "\"60 s\"", "wall-clock time between two checkpoints", TIME);
+    Section {
+        keys: &[&SNAPSHOT_INTERVAL, &PICTURE_INTERVAL, &CHECKPOINT_INTERVAL],
+        example: &["snapshot_interval = \"1 s\""],
+        read: |t| {
+            Ok(Output {
+                snapshot_interval: t.maybe(&SNAPSHOT_INTERVAL)?,
+                picture_interval: t.maybe(&PICTURE_INTERVAL)?,
+                checkpoint_interval: t.or(&CHECKPOINT_INTERVAL)?,
+            })
+        },
+    }
+};

@@ -46,6 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         fill: Some(&fill),
         range: None,
         palette: Palette::Magma,
+        classes: None,
         floor: true,
     };
     cut.draw()?.write(&folder.join("cut.png"))?;

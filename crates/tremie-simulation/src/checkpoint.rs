@@ -11,6 +11,7 @@ use crate::gauges::TargetTime;
 use crate::rest::RestWatch;
 use crate::run::RunError;
 use crate::schedule::Schedule;
+use crate::{RestoreError, Simulation};
 
 /// A moment to resume a run from.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,6 +60,14 @@ impl Checkpoint {
     /// Simulated time in s.
     pub fn time(&self) -> f64 {
         self.run.time
+    }
+
+    /// Puts a simulation of the same case back to this moment.
+    ///
+    /// # Errors
+    /// If it is a simulation of another case.
+    pub fn restore(&self, simulation: &mut dyn Simulation) -> Result<(), RestoreError> {
+        simulation.restore(&self.simulation)
     }
 
     /// Writes the state of a run; the checkpoint before stays usable until this one is complete.

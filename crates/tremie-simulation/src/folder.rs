@@ -9,6 +9,7 @@
 //! | `fluid.pvd`, `fluid_000000.vti` ... | the fields |
 //! | `surface.pvd`, `surface_000000.vtp` ... | the free surface |
 //! | `above_000000.png`, `cut_000000.png` ... | pictures |
+//! | `report.html` | all of it as a page, if one was asked for |
 //! | `checkpoint.tremie` | the state to go on from |
 
 use std::io;
@@ -17,6 +18,8 @@ use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
 use tremie_output::atomic;
+
+use crate::summary::Summary;
 
 /// A folder that holds, or is to hold, one run.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -57,6 +60,18 @@ pub enum FolderError {
         /// What is wrong.
         source: serde_json::Error,
     },
+    /// The run in it has not come to results.
+    #[error("{} holds no results yet: it has no {SUMMARY}; `tremie resume` goes on with its run", path.display())]
+    NoResults {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A file lacks something that a run writes into it.
+    #[error("{} is damaged: something is missing in it", path.display())]
+    Incomplete {
+        /// The file.
+        path: PathBuf,
+    },
     /// A file could not be written.
     #[error(transparent)]
     Output(#[from] tremie_output::Error),
@@ -66,6 +81,7 @@ const CASE: &str = "case.toml";
 const RECORD: &str = "run.json";
 const SUMMARY: &str = "summary.json";
 const SERIES: &str = "series.csv";
+const REPORT: &str = "report.html";
 const CHECKPOINT: &str = "checkpoint.tremie";
 const FLUID: &str = "fluid.pvd";
 const SURFACE: &str = "surface.pvd";
@@ -137,6 +153,45 @@ impl RunFolder {
         self.path.join(SUMMARY)
     }
 
+    /// The report.
+    pub fn report(&self) -> PathBuf {
+        self.path.join(REPORT)
+    }
+
+    /// The pictures of the surface from above and of the cut, each in the order of time.
+    ///
+    /// # Errors
+    /// If the file system refuses.
+    pub fn pictures(&self) -> Result<[Vec<PathBuf>; 2], FolderError> {
+        let mut found = [Vec::new(), Vec::new()];
+        for entry in std::fs::read_dir(&self.path).map_err(io_error(&self.path))? {
+            let entry = entry.map_err(io_error(&self.path))?;
+            let name = entry.file_name();
+            let Some(name) = name.to_str().filter(|name| name.ends_with(".png") && belongs_to_run(name))
+            else {
+                continue;
+            };
+            found[usize::from(name.starts_with("cut_"))].push(entry.path());
+        }
+        found.iter_mut().for_each(|paths| paths.sort());
+        Ok(found)
+    }
+
+    /// The results, as the run loop left them.
+    ///
+    /// # Errors
+    /// If there are none yet, or they are damaged.
+    pub fn read_summary(&self) -> Result<Summary, FolderError> {
+        let path = self.summary();
+        if !path.is_file() {
+            return Err(FolderError::NoResults { path: self.path.clone() });
+        }
+        let text = std::fs::read_to_string(&path).map_err(io_error(&path))?;
+        let json: serde_json::Value =
+            serde_json::from_str(&text).map_err(|source| FolderError::Json { path: path.clone(), source })?;
+        Summary::from_json(&json).ok_or(FolderError::Incomplete { path })
+    }
+
     /// The collection of the fields.
     pub fn fluid(&self) -> PathBuf {
         self.path.join(FLUID)
@@ -189,7 +244,7 @@ fn belongs_to_run(name: &str) -> bool {
             .and_then(|rest| rest.strip_suffix(ending))
             .is_some_and(|number| !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit()))
     };
-    [CASE, RECORD, SUMMARY, SERIES, FLUID, SURFACE, CHECKPOINT].contains(&name)
+    [CASE, RECORD, SUMMARY, SERIES, FLUID, SURFACE, REPORT, CHECKPOINT].contains(&name)
         || NUMBERED.iter().any(numbered)
 }
 

@@ -13,7 +13,7 @@ mod contract;
 mod fields;
 mod folder;
 pub mod gauges;
-mod pictures;
+pub mod pictures;
 mod plan;
 mod progress;
 pub mod rest;

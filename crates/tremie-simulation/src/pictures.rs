@@ -1,6 +1,8 @@
-//! Pictures of a snapshot: the surface from above, and the speed in a vertical cut.
+//! Pictures of a snapshot: the surface from above, and a quantity in a vertical cut.
 //!
 //! Both show the whole body, with its mirror images, in a frame that stays the same throughout a run.
+
+use std::ops::Range;
 
 use tremie_case::Case;
 use tremie_output::Error;
@@ -19,11 +21,59 @@ pub(crate) fn draw(
     number: u64,
 ) -> Result<(), Error> {
     let title = format!("{}, t = {time:.2} s", case.title);
-    draw_above(cells, case, &title)?.write(&folder.path().join(format!("above_{number:06}.png")))?;
-    draw_cut(cells, case, &title)?.write(&folder.path().join(format!("cut_{number:06}.png")))
+    above(cells, case, &title)?.write(&folder.path().join(format!("above_{number:06}.png")))?;
+    cut(cells, case, Quantity::Speed, Frame::Domain, &title)?
+        .write(&folder.path().join(format!("cut_{number:06}.png")))
 }
 
-fn draw_above(cells: &Cells, case: &Case, title: &str) -> Result<Picture, Error> {
+/// What a cut shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Speed in m/s.
+    Speed,
+    /// Pressure above that of the air in Pa.
+    Pressure,
+    /// Shear rate in 1/s.
+    ShearRate,
+    /// Where the fluid shears, and where it is as a solid.
+    Yielded,
+}
+
+impl Quantity {
+    /// Its name with its unit.
+    fn label(self) -> &'static str {
+        match self {
+            Self::Speed => "speed [m/s]",
+            Self::Pressure => "pressure [Pa]",
+            Self::ShearRate => "shear rate [1/s]",
+            Self::Yielded => "yielded",
+        }
+    }
+
+    fn of(self, cells: &Cells, n: usize) -> f64 {
+        match self {
+            Self::Speed => cells.velocity[n].length(),
+            Self::Pressure => cells.pressure[n],
+            Self::ShearRate => cells.shear_rate[n],
+            Self::Yielded => f64::from(u8::from(cells.shear_rate[n] > 0.0)),
+        }
+    }
+}
+
+/// What a cut has room for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Frame {
+    /// All of the domain, so that pictures of different times can be compared.
+    Domain,
+    /// The fluid, with a margin.
+    Fluid,
+}
+
+/// The surface from above.
+///
+/// # Errors
+/// If there are no cells.
+pub fn above(cells: &Cells, case: &Case, title: &str) -> Result<Picture, Error> {
     let plan = Plan::height(cells);
     let (count, height) = plan.whole();
     let (_, cover) = Plan::cover(cells).whole();
@@ -52,8 +102,17 @@ fn draw_above(cells: &Cells, case: &Case, title: &str) -> Result<Picture, Error>
     .draw()
 }
 
-/// The cut goes along the longer side of the body, through the spread axis or else the middle.
-fn draw_cut(cells: &Cells, case: &Case, title: &str) -> Result<Picture, Error> {
+/// A quantity in a vertical cut along the longer side of the body, through the spread axis or else the middle.
+///
+/// # Errors
+/// If there are no cells.
+pub fn cut(
+    cells: &Cells,
+    case: &Case,
+    quantity: Quantity,
+    frame: Frame,
+    title: &str,
+) -> Result<Picture, Error> {
     let axes = [0, 1, 2].map(|a| Axis::new(cells, a));
     let (along, across) = if axes[1].extent().len() > axes[0].extent().len() { (1, 0) } else { (0, 1) };
     let plane = match &case.gauges.spread {
@@ -61,17 +120,23 @@ fn draw_cut(cells: &Cells, case: &Case, title: &str) -> Result<Picture, Error> {
         None => 0.5 * axes[across].span().iter().sum::<f64>(),
     };
     let depth = axes[across].cell(axes[across].place(plane));
-    let (is, ks) = (axes[along].extent(), axes[2].extent());
-    let (mut speed, mut fill) = (Vec::new(), Vec::new());
+    let cell = |i: isize, k: isize| {
+        let (i, j, k) = (axes[along].cell(i)?, depth?, axes[2].cell(k)?);
+        Some(if along == 0 { cells.index(i, j, k) } else { cells.index(j, i, k) })
+    };
+    let (mut is, mut ks) = (axes[along].extent(), axes[2].extent());
+    if frame == Frame::Fluid {
+        let wet = |i: isize, k: isize| cell(i, k).is_some_and(|n| cells.fill[n] > 0.0);
+        (is, ks) = (
+            around(is.clone(), |i| ks.clone().any(|k| wet(i, k))),
+            around(ks.clone(), |k| is.clone().any(|i| wet(i, k))),
+        );
+    }
+    let (mut values, mut fill) = (Vec::new(), Vec::new());
     for k in ks.clone() {
         for i in is.clone() {
-            let cell = match (axes[along].cell(i), depth, axes[2].cell(k)) {
-                (Some(i), Some(j), Some(k)) => {
-                    Some(if along == 0 { cells.index(i, j, k) } else { cells.index(j, i, k) })
-                }
-                _ => None,
-            };
-            speed.push(cell.map_or(0.0, |n| cells.velocity[n].length() as f32));
+            let cell = cell(i, k);
+            values.push(cell.map_or(0.0, |n| quantity.of(cells, n) as f32));
             fill.push(match cell {
                 Some(n) if cells.solid[n] != 0 => f32::NAN,
                 Some(n) => cells.fill[n] as f32,
@@ -83,18 +148,42 @@ fn draw_cut(cells: &Cells, case: &Case, title: &str) -> Result<Picture, Error> {
     Cut {
         title: &format!("{title}, {} = {:.0} mm", names[across], 1e3 * plane),
         grid: Grid {
-            origin: [axes[along].span()[0], axes[2].span()[0]],
+            origin: [axes[along].coordinate(is.start), axes[2].coordinate(ks.start)],
             spacing: [cells.size; 2],
             cells: [is.len(), ks.len()],
             mirror: [false; 2],
         },
         axes: [names[along], "z"],
-        quantity: "speed [m/s]",
-        values: &speed,
+        quantity: quantity.label(),
+        values: &values,
         fill: Some(&fill),
         range: None,
-        palette: Palette::Viridis,
-        floor: true,
+        palette: if quantity == Quantity::Pressure { Palette::Magma } else { Palette::Viridis },
+        classes: (quantity == Quantity::Yielded).then_some(["not yielded", "flows"]),
+        floor: ks.start == axes[2].extent().start,
     }
     .draw()
+}
+
+/// The places of `all` from the first to the last for which something holds, with a margin of a sixth of them.
+fn around(all: Range<isize>, holds: impl Fn(isize) -> bool) -> Range<isize> {
+    match (all.clone().find(|i| holds(*i)), all.clone().rfind(|i| holds(*i))) {
+        (Some(first), Some(last)) => {
+            let margin = (last - first) / 6 + 1;
+            (first - margin).max(all.start)..(last + 1 + margin).min(all.end)
+        }
+        _ => all,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_around_the_fluid_stays_within_the_domain() {
+        assert_eq!(around(-20..20, |i| (-6..6).contains(&i)), -8..8);
+        assert_eq!(around(0..20, |i| i < 12), 0..14);
+        assert_eq!(around(0..20, |_| false), 0..20);
+    }
 }

@@ -48,7 +48,7 @@ impl Axis {
     }
 
     /// Coordinate in m of the lower side of the cell at place `i`.
-    fn coordinate(&self, i: isize) -> f64 {
+    pub(crate) fn coordinate(&self, i: isize) -> f64 {
         self.origin + i as f64 * self.size
     }
 

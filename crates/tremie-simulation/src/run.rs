@@ -145,7 +145,7 @@ impl<'a> Run<'a> {
         let before = folder.record()?;
         let resumed = match resume {
             Some(checkpoint) => {
-                simulation.restore(&checkpoint.simulation)?;
+                checkpoint.restore(simulation)?;
                 Some(checkpoint.run)
             }
             None => None,

@@ -24,6 +24,10 @@ impl EndReason {
             Self::Interrupted => "interrupted",
         }
     }
+
+    fn named(name: &str) -> Option<Self> {
+        [Self::Rest, Self::Time, Self::Interrupted].into_iter().find(|reason| reason.name() == name)
+    }
 }
 
 /// The results of a run, in SI units.
@@ -60,5 +64,61 @@ impl Summary {
         Value::Object(
             readings.chain(rest).map(|(name, value)| (name.to_owned(), value)).collect::<Map<_, _>>(),
         )
+    }
+
+    /// A summary as it stands in `summary.json`; none if something is missing in it.
+    pub fn from_json(json: &Value) -> Option<Self> {
+        let number = |name: &str| json.get(name)?.as_f64();
+        Some(Self {
+            end_reason: EndReason::named(json.get("end_reason")?.as_str()?)?,
+            readings: Readings::from_columns(number)?,
+            t500: number("t500_s"),
+            volume_error: number("volume_error")?,
+            steps: json.get("steps")?.as_u64()?,
+            wall: number("wall_s")?,
+            updates_per_second: number("updates_per_second")?,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gauges::Spread;
+
+    #[test]
+    fn a_summary_is_read_as_written() {
+        let spread = Spread { mean: 0.6, x: 0.61, y: 0.59, diagonal: 0.6, max: 0.62, height: 0.03 };
+        let readings = Readings {
+            time: 12.5,
+            spread: Some(spread),
+            top: 0.04,
+            volume: 5.5e-3,
+            speed_p50: 1e-4,
+            speed_p99: 2e-4,
+            speed_max: 1.0 / 3.0,
+            kinetic_energy: 1e-9,
+            potential_energy: 2.0,
+            yielded_share: 0.1,
+            pressure_max: 800.0,
+        };
+        for (spread, t500) in [(Some(spread), Some(1.5)), (None, None)] {
+            let summary = Summary {
+                end_reason: EndReason::Rest,
+                readings: Readings { spread, ..readings },
+                t500,
+                volume_error: -1e-7,
+                steps: 1234,
+                wall: 4.5,
+                updates_per_second: 3e7,
+            };
+            let json = summary.json();
+            assert_eq!(Summary::from_json(&json), Some(summary));
+            for key in ["top_m", "end_reason", "steps"] {
+                let mut json = json.clone();
+                json[key] = Value::Null;
+                assert_eq!(Summary::from_json(&json), None, "{key}");
+            }
+        }
     }
 }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::{check, failure, lab, run, validate};
+use crate::{check, failure, lab, report, run, schema, template, validate};
 
 /// Virtual laboratory and casting simulator for fresh concrete and other yield-stress fluids.
 #[derive(Debug, Parser)]
@@ -15,9 +15,11 @@ use crate::{check, failure, lab, run, validate};
     after_help = "\
 Examples:
   tremie lab slump-flow --yield-stress 50Pa --viscosity 30Pa.s
-  tremie check cases/slump-flow/case.toml
-  tremie run cases/slump-flow/case.toml
-  tremie resume runs/slump-flow"
+  tremie new planar-collapse
+  tremie check planar-collapse.toml
+  tremie run planar-collapse.toml
+  tremie resume runs/planar-collapse
+  tremie report runs/planar-collapse"
 )]
 struct Program {
     /// Threads that compute [default: all cores]; the results do not depend on it
@@ -29,6 +31,10 @@ struct Program {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Write a commented case file to start from
+    New(template::Arguments),
+    /// Print the JSON Schema of the case file, for editors
+    Schema(schema::Arguments),
     /// Do a standard test in the virtual laboratory
     #[command(subcommand)]
     Lab(lab::Experiment),
@@ -36,6 +42,8 @@ enum Command {
     Run(run::RunArguments),
     /// Go on with an interrupted run
     Resume(run::ResumeArguments),
+    /// Make one page of a run: results, figures, pictures, checks
+    Report(report::Arguments),
     /// Say what a case will cost, and whether its numbers are sound
     Check(check::Arguments),
     /// Compare benchmarks with their references
@@ -50,9 +58,12 @@ pub fn main() -> ExitCode {
         let threads = program.threads.map_or(0, NonZeroUsize::get);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
         pool.install(|| match program.command {
+            Command::New(arguments) => template::run(&arguments),
+            Command::Schema(_) => Ok(schema::run()),
             Command::Lab(experiment) => lab::run(experiment),
             Command::Run(arguments) => run::run(arguments),
             Command::Resume(arguments) => run::resume(&arguments),
+            Command::Report(arguments) => report::run(&arguments),
             Command::Check(arguments) => check::run(&arguments),
             Command::Validate(arguments) => validate::run(arguments),
         })

@@ -14,7 +14,10 @@ mod interrupt;
 mod lab;
 mod numbers;
 mod progress;
+mod report;
 mod run;
+mod schema;
+mod template;
 mod terminal;
 pub mod validate;
 

@@ -110,8 +110,23 @@ impl Numbers {
         format!("{nx} x {ny} x {nz} = {all} cells of {} mm", significant(1e3 * self.plan.scaling.cell_size))
     }
 
-    /// What is out of its good range, and what to do about it.
+    /// What is out of its good range or beyond this machine, and what to do about it.
     pub(crate) fn warnings(&self) -> Vec<String> {
+        let mut warnings = self.doubts();
+        if let Some(memory) = Memory::of_this_machine()
+            && self.plan.memory > memory.available
+        {
+            warnings.push(format!(
+                "the run needs about {}, but only {} of memory are free; use larger cells or f32, or close other programs",
+                HumanBytes(self.plan.memory as u64),
+                HumanBytes(memory.available as u64)
+            ));
+        }
+        warnings
+    }
+
+    /// What is out of its good range, whatever the machine.
+    pub(crate) fn doubts(&self) -> Vec<String> {
         let plan = &self.plan;
         let tau = plan.relaxation_time;
         let mut warnings = Vec::new();
@@ -153,16 +168,6 @@ impl Numbers {
                 self.cells_across
             ),
         );
-        if let Some(memory) = Memory::of_this_machine() {
-            warn(
-                plan.memory > memory.available,
-                format!(
-                    "the run needs about {}, but only {} of memory are free; use larger cells or f32, or close other programs",
-                    HumanBytes(plan.memory as u64),
-                    HumanBytes(memory.available as u64)
-                ),
-            );
-        }
         warnings
     }
 

@@ -10,7 +10,7 @@ use tremie_simulation::{Checkpoint, EndReason, RunError, RunFolder, RunRecord, S
 
 use crate::failure::{WrongInput, chain};
 use crate::numbers::{Numbers, duration, method, significant};
-use crate::{interrupt, lab, progress, terminal};
+use crate::{interrupt, lab, progress, report, terminal};
 
 /// Folder in which runs get folders of their own if nothing else is said.
 const RUNS: &str = "runs";
@@ -177,7 +177,10 @@ impl Job {
             return Ok(ExitCode::from(interrupt::EXIT_CODE));
         }
 
+        // The report makes a simulation of its own.
+        drop(simulation);
         let mut json = outcome.summary.json();
+        let standard = experiment.is_some();
         let mut rows = match experiment.and_then(|name| lab::figures(&name, &case, &outcome.summary)) {
             Some(figures) => {
                 if let Some(results) = json.as_object_mut() {
@@ -189,6 +192,10 @@ impl Job {
             None => readings(&outcome.summary),
         };
         rows.extend(ending(&outcome.summary, &folder));
+        if standard {
+            report::write(&folder, &folder.report())?;
+            rows.push(("report", folder.report().display().to_string()));
+        }
         terminal::say(&if manner.json {
             format!("{json:#}")
         } else {
@@ -199,7 +206,7 @@ impl Job {
 }
 
 /// What a run without a standard experiment has to tell.
-fn readings(summary: &Summary) -> Vec<(&'static str, String)> {
+pub(crate) fn readings(summary: &Summary) -> Vec<(&'static str, String)> {
     let readings = &summary.readings;
     let mut rows = Vec::new();
     if let Some(spread) = &readings.spread {
@@ -214,13 +221,18 @@ fn readings(summary: &Summary) -> Vec<(&'static str, String)> {
     rows
 }
 
-/// How a run ended, what it cost and where its results are.
-fn ending(summary: &Summary, folder: &RunFolder) -> Vec<(&'static str, String)> {
-    let reason = match summary.end_reason {
+/// How a run ended, in words.
+pub(crate) fn reason(end: EndReason) -> &'static str {
+    match end {
         EndReason::Rest => "came to rest",
         EndReason::Time => "stop time reached",
         EndReason::Interrupted => "interrupted",
-    };
+    }
+}
+
+/// How a run ended, what it cost and where its results are.
+fn ending(summary: &Summary, folder: &RunFolder) -> Vec<(&'static str, String)> {
+    let reason = reason(summary.end_reason);
     vec![
         ("end", format!("{reason} at {:.2} s", summary.readings.time)),
         (
@@ -247,7 +259,7 @@ fn start_again(problem: &str, folder: &RunFolder) -> WrongInput {
 }
 
 /// A path as one types it.
-fn quoted(path: &Path) -> String {
+pub(crate) fn quoted(path: &Path) -> String {
     let text = path.display().to_string();
     if text.contains(char::is_whitespace) { format!("\"{text}\"") } else { text }
 }

@@ -124,6 +124,8 @@ fn the_laboratory_tells_a_slump_flow() {
         assert!(told.contains(word), "{word}: {told}");
     }
     let run = place.path().join("runs/slump-flow");
+    let page = fs::read_to_string(run.join("report.html")).unwrap();
+    assert!(told.contains("runs/slump-flow/report.html") && page.contains("below SF1"), "{told}");
     let summary = json(&run.join("summary.json"));
     assert_eq!(summary["sf_class"], "below SF1");
     assert_eq!((&summary["vs_class"], &summary["t500_s"]), (&Value::Null, &Value::Null));
@@ -139,6 +141,87 @@ fn the_laboratory_tells_a_slump_flow() {
     done(place.path(), &["run", "runs/slump-flow/case.toml", "--out", "again", "-q", "--threads", "1"]);
     let series = |run: &Path| fs::read(run.join("series.csv")).unwrap();
     assert!(series(&run) == series(&place.path().join("again")));
+}
+
+#[test]
+fn a_report_is_one_page_with_all_of_a_run() {
+    let place =
+        folder_with_case(&[("\"1 s\"", "\"0.6 s\""), ("Coarse slump", "Coarse <slump> & \\\"co\\\"")]);
+    let place = place.path();
+    done(place, &["run", "slump.toml", "-q"]);
+    done(place, &["report", "runs/slump"]);
+    let page = fs::read_to_string(place.join("runs/slump/report.html")).unwrap();
+    // A slump flow is known for one though nobody said so.
+    for word in [
+        "<h1>Coarse &lt;slump&gt; &amp; &quot;co&quot;</h1>",
+        "slump flow",
+        "T500",
+        "plastic viscosity",
+        "hydrostatic density error",
+        "Mach number",
+        "Roussel and Coussot",
+        "Coarse: for a first look",
+        "From above",
+        "Yielded in a cut",
+        "Pressure in a cut",
+        "M each second",
+        "yield_stress = &quot;50 Pa&quot;",
+    ] {
+        assert!(page.contains(word), "{word}");
+    }
+    // Four plots, five pictures of the last state, three times two over time; and nothing from elsewhere.
+    assert_eq!(page.matches("<img src=\"data:image/png;base64,iVBORw0KGgo").count(), 4 + 5 + 6);
+    assert_eq!(page.matches("src=").count(), 15);
+    for word in ["http", "<script", "<link", "@import", "url("] {
+        assert!(!page.contains(word), "{word}");
+    }
+
+    // With less in the folder it says what is missing.
+    for name in ["checkpoint.tremie", "above_000000.png", "above_000001.png", "above_000002.png"] {
+        fs::remove_file(place.join("runs/slump").join(name)).unwrap();
+    }
+    fs::write(place.join("runs/slump/cut_000001.png"), "no picture").unwrap();
+    done(place, &["report", "runs/slump", "--out", "short.html"]);
+    let page = fs::read_to_string(place.join("short.html")).unwrap();
+    assert!(page.contains("the folder has no checkpoint") && page.contains("cut_000001.png is no picture"));
+    assert_eq!(page.matches("<img").count(), 3 + 2);
+}
+
+#[test]
+fn any_run_has_a_report_unless_its_files_are_damaged() {
+    let place = folder_with_case(&[
+        ("spread = { centre = [\"0 m\", \"0 m\"] }\n", ""),
+        ("picture_interval = \"0.5 s\"\n", ""),
+        ("\"1 s\"", "\"0.1 s\"\nrest = {}"),
+    ]);
+    let place = place.path();
+    done(place, &["run", "slump.toml", "--out", "run", "-q"]);
+    done(place, &["report", "run"]);
+    let page = fs::read_to_string(place.join("run/report.html")).unwrap();
+    assert!(
+        page.contains("largest height") && page.contains("no picture_interval") && !page.contains("T500")
+    );
+    assert!(page.contains("had not come to rest"));
+
+    refused(place, &["report"], &["<DIR>"]);
+    refused(place, &["report", "none"], &["none holds no run"]);
+    refused(place, &["report", "run", "--out", "none/report.html"], &["none/report.html cannot be written"]);
+    let spoil = |name: &str, text: &str, words: &[&str]| {
+        let path = place.join("run").join(name);
+        let before = fs::read(&path).unwrap();
+        fs::write(&path, text).unwrap();
+        refused(place, &["report", "run"], words);
+        fs::write(&path, before).unwrap();
+    };
+    spoil("case.toml", "title = 5", &["`title` is a number"]);
+    spoil("run.json", "{", &["run.json is damaged"]);
+    spoil("summary.json", "{", &["summary.json is damaged"]);
+    spoil("summary.json", "{}", &["summary.json is damaged"]);
+    spoil("summary.json", "[1]", &["summary.json is damaged"]);
+    spoil("series.csv", "time_s,a\n1,b\n", &["series.csv", "line 2"]);
+    spoil("checkpoint.tremie", "x", &["checkpoint.tremie", "not a checkpoint"]);
+    fs::remove_file(place.join("run/summary.json")).unwrap();
+    refused(place, &["report", "run"], &["no results yet", "tremie resume"]);
 }
 
 /// Starts a run and interrupts it when it has written some readings.
@@ -350,9 +433,53 @@ fn wrong_files_and_arguments_are_refused_with_advice() {
 }
 
 #[test]
+fn a_new_case_is_ready_to_run_and_replaces_nothing() {
+    let place = tempfile::tempdir().unwrap();
+    let place = place.path();
+    let names: Vec<String> = done(place, &["new", "--list"])
+        .lines()
+        .map(|line| line.split_whitespace().next().unwrap().to_owned())
+        .collect();
+    assert_eq!(names, ["slump-flow", "planar-collapse", "channel", "drop"]);
+    for name in &names {
+        let told = done(place, &["new", name]);
+        assert!(told.contains(&format!("tremie run {name}.toml")), "{told}");
+        let ready = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../cases/{name}/case.toml"));
+        assert!(fs::read(place.join(format!("{name}.toml"))).unwrap() == fs::read(ready).unwrap());
+    }
+    fs::write(place.join("mine.toml"), "mine").unwrap();
+    refused(place, &["new", "drop", "mine.toml"], &["mine.toml exists already", "--force"]);
+    assert_eq!(fs::read_to_string(place.join("mine.toml")).unwrap(), "mine");
+    done(place, &["new", "drop", "mine.toml", "--force"]);
+    done(place, &["check", "mine.toml"]);
+
+    refused(place, &["new", "drop", "."], &["is a folder"]);
+    refused(place, &["new", "drop", "none/case.toml"], &["no folder none"]);
+    refused(place, &["new", "slumpflow"], &["'slump-flow'"]);
+    refused(place, &["new"], &["EXPERIMENT", "--list"]);
+}
+
+#[test]
+fn the_schema_is_that_of_a_case_file() {
+    let place = tempfile::tempdir().unwrap();
+    let schema: Value = serde_json::from_str(&done(place.path(), &["schema"])).unwrap();
+    let keys: Vec<&String> = schema["properties"].as_object().unwrap().keys().collect();
+    assert_eq!(keys, ["domain", "fluid", "gauges", "lbm", "material", "method", "output", "stop", "title"]);
+}
+
+#[test]
 fn every_command_has_help_with_examples() {
     let place = tempfile::tempdir().unwrap();
-    for command in [&[][..], &["lab", "slump-flow"], &["run"], &["resume"], &["check"]] {
+    for command in [
+        &[][..],
+        &["lab", "slump-flow"],
+        &["run"],
+        &["resume"],
+        &["check"],
+        &["new"],
+        &["schema"],
+        &["report"],
+    ] {
         let told = done(place.path(), &[command, &["--help"]].concat());
         assert!(told.contains("Examples:\n  tremie "), "{command:?}: {told}");
         assert_eq!(told, done(place.path(), &[&["help"], command].concat()));
@@ -374,7 +501,7 @@ fn the_cases_that_come_along_are_sound() {
         assert_eq!(numbers["warnings"], serde_json::json!([]), "{}", case.display());
         number += 1;
     }
-    assert!(number >= 2);
+    assert!(number >= 4);
 }
 
 #[test]

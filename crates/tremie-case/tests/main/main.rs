@@ -2,6 +2,7 @@
 
 mod random_text;
 mod right_cases;
+mod schema;
 mod wrong_cases;
 
 /// A case that uses most of what there is.

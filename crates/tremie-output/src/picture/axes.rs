@@ -1,7 +1,7 @@
 //! Scales, ticks at round numbers, frames with labels, and colour bars.
 
 use super::Palette;
-use super::canvas::{Area, Canvas, FAINT, INK, Lettering, Pen, text_width};
+use super::canvas::{Area, Canvas, Colour, FAINT, INK, Lettering, Pen, text_width};
 
 pub(super) const TITLE: Lettering = Lettering { bold: true, ..Lettering::plain(27.0) };
 pub(super) const LABEL: Lettering = Lettering::plain(22.0);
@@ -253,6 +253,28 @@ pub(super) fn draw_colour_bar(canvas: &mut Canvas, area: Area, scale: Scale, pal
         canvas.text(label, beside, [0.5, 0.0], Lettering { upwards: true, ..LABEL }, INK);
     } else {
         canvas.text(label, [left + 0.5 * width, area.bottom() + 46.0], [0.5, 0.0], LABEL, INK);
+    }
+}
+
+/// Colours of two classes: pale for the one that matters less.
+pub(super) const CLASSES: [Colour; 2] = [[221, 221, 221], [33, 145, 140]];
+
+/// The colours of two classes with their names, where a colour bar would stand.
+pub(super) fn draw_classes(canvas: &mut Canvas, bar: Area, names: [&str; 2]) {
+    const SIZE: f64 = 24.0;
+    const GAP: f64 = 12.0;
+    let standing = bar.height > bar.width;
+    let [mut x, mut y] = [bar.left, bar.top];
+    for (name, colour) in names.into_iter().zip(CLASSES) {
+        let swatch = Area { left: x, top: y, width: SIZE, height: SIZE };
+        canvas.fill(swatch, colour, 1.0);
+        canvas.frame(swatch, FRAME);
+        canvas.text(name, [x + SIZE + GAP, y + 0.5 * SIZE], [0.0, 0.5], LABEL, INK);
+        if standing {
+            y += SIZE + GAP;
+        } else {
+            x += SIZE + text_width(name, LABEL) + 4.0 * GAP;
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use super::axes::{Axes, Scale, TICK, draw_colour_bar};
+use super::axes::{Axes, CLASSES, Scale, TICK, draw_classes, draw_colour_bar};
 use super::canvas::{Area, Canvas, Colour, INK, Lettering, Pen, mix};
 use super::{Grid, Palette, Picture};
 use crate::Error;
@@ -58,6 +58,8 @@ pub struct Cut<'a> {
     pub range: Option<[f64; 2]>,
     /// Colours.
     pub palette: Palette,
+    /// Names of two classes, of values below and from one half: they are then shown in two colours instead of a scale.
+    pub classes: Option<[&'a str; 2]>,
     /// Whether the lower face is a floor.
     pub floor: bool,
 }
@@ -141,7 +143,11 @@ impl Cut<'_> {
             }
             let edge = edge_distance(&self.grid, &smooth_fill, point, pixel)?;
             let (value, _) = self.grid.sample(&values, point);
-            Some(outlined(self.palette.at(scale.position(value)), edge))
+            let colour = match self.classes {
+                Some(_) => CLASSES[usize::from(value >= 0.5)],
+                None => self.palette.at(scale.position(value)),
+            };
+            Some(outlined(colour, edge))
         });
         if self.floor {
             let Area { left, .. } = sheet.axes.area;
@@ -149,6 +155,10 @@ impl Cut<'_> {
             sheet
                 .canvas
                 .line(&[[left, bottom], [right, bottom]], Pen { colour: INK, width: 5.0, dashed: false });
+        }
+        if let Some(names) = self.classes {
+            draw_classes(&mut sheet.canvas, sheet.bar, names);
+            return Ok(sheet.frame(self.title, self.axes));
         }
         Ok(sheet.finish(self.title, self.axes, scale, self.palette, self.quantity))
     }
@@ -229,9 +239,13 @@ impl Sheet {
         palette: Palette,
         quantity: &str,
     ) -> Picture {
+        draw_colour_bar(&mut self.canvas, self.bar, scale, palette, quantity);
+        self.frame(title, axes)
+    }
+
+    fn frame(mut self, title: &str, axes: [&str; 2]) -> Picture {
         let [x, y] = axes.map(|name| format!("{name} [mm]"));
         self.axes.draw_frame(&mut self.canvas, title, [&x, &y]);
-        draw_colour_bar(&mut self.canvas, self.bar, scale, palette, quantity);
         self.canvas.finish()
     }
 }
@@ -341,6 +355,7 @@ mod tests {
                 fill: Some(&fill),
                 range: None,
                 palette: Palette::Magma,
+                classes: (cells[0] > 100).then_some(["below", "above"]),
                 floor: true,
             };
             let picture = cut.draw().unwrap();

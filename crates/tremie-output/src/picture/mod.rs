@@ -11,6 +11,7 @@ mod field;
 mod grid;
 mod plot;
 
+use std::io;
 use std::path::Path;
 
 pub use canvas::Picture;
@@ -50,14 +51,20 @@ impl Picture {
     /// # Errors
     /// If the file system refuses.
     pub fn write(&self, path: &Path) -> Result<(), Error> {
-        atomic::write_with(path, |file| {
-            let mut encoder = png::Encoder::new(file, self.width, self.height);
-            encoder.set_color(png::ColorType::Rgb);
-            encoder.set_depth(png::BitDepth::Eight);
-            let mut writer = encoder.write_header()?;
-            writer.write_image_data(&self.rgb)?;
-            Ok(writer.finish()?)
-        })
+        atomic::write_with(path, |file| self.encode(file))
+    }
+
+    /// Writes the picture as PNG into anything.
+    ///
+    /// # Errors
+    /// If `sink` refuses.
+    pub fn encode(&self, sink: &mut dyn io::Write) -> io::Result<()> {
+        let mut encoder = png::Encoder::new(sink, self.width, self.height);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&self.rgb)?;
+        Ok(writer.finish()?)
     }
 }
 

@@ -162,7 +162,9 @@ impl Plot<'_> {
             let x = area.left + area.width * axes.x.position(line.at);
             canvas.line(&[[x, area.bottom()], [x, area.top]], pen);
             let upwards = Lettering { upwards: true, ..lettering };
-            canvas.text(line.label, [x - 9.0, area.bottom() - 12.0], [0.0, 1.0], upwards, REFERENCE);
+            // To the left, or to the right where there is no room.
+            let (beside, side) = if x - area.left < 50.0 { (x + 9.0, 0.0) } else { (x - 9.0, 1.0) };
+            canvas.text(line.label, [beside, area.bottom() - 12.0], [0.0, side], upwards, REFERENCE);
         }
     }
 

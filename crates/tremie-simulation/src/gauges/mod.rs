@@ -11,7 +11,7 @@ mod crossing;
 mod spread;
 
 pub use crossing::{TargetTime, first_crossing};
-pub use spread::Spread;
+pub use spread::{Spread, profile};
 
 use rayon::prelude::*;
 use tremie_case::{Case, SpreadGauge};
@@ -85,6 +85,33 @@ impl Readings {
             ("pressure_max_Pa", self.pressure_max),
         ]);
         columns
+    }
+
+    /// Readings from the values of their columns; none if one is missing that all readings have.
+    pub(crate) fn from_columns(value: impl Fn(&str) -> Option<f64>) -> Option<Self> {
+        let spread = || {
+            Some(Spread {
+                mean: value("spread_m")?,
+                x: value("spread_x_m")?,
+                y: value("spread_y_m")?,
+                diagonal: value("spread_diagonal_m")?,
+                max: value("spread_max_m")?,
+                height: value("height_m")?,
+            })
+        };
+        Some(Self {
+            time: value("time_s")?,
+            spread: spread(),
+            top: value("top_m")?,
+            volume: value("volume_m3")?,
+            speed_p50: value("speed_p50_m_s")?,
+            speed_p99: value("speed_p99_m_s")?,
+            speed_max: value("speed_max_m_s")?,
+            kinetic_energy: value("kinetic_energy_J")?,
+            potential_energy: value("potential_energy_J")?,
+            yielded_share: value("yielded_share")?,
+            pressure_max: value("pressure_max_Pa")?,
+        })
     }
 }
 

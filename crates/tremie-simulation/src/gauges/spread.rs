@@ -51,6 +51,26 @@ impl Spread {
     }
 }
 
+/// Radius and height in m, from the vertical axis through `centre` to beyond the front: the mean height over all
+/// directions, at steps of half a cell.
+pub fn profile(cells: &Cells, centre: DVec2) -> Vec<[f64; 2]> {
+    let plan = Plan::height(cells);
+    let height = |r: f64| {
+        let around = (0..RAYS).map(|n| plan.at(centre + r * DVec2::from_angle(TAU * n as f64 / RAYS as f64)));
+        around.sum::<f64>() / RAYS as f64
+    };
+    let [low, high] = plan.extent();
+    let furthest = (low - centre).abs().max((high - centre).abs()).length();
+    let mut points: Vec<[f64; 2]> = Vec::new();
+    for n in 0..=(furthest / (0.5 * cells.size)).ceil() as usize {
+        let r = 0.5 * cells.size * n as f64;
+        points.push([r, height(r)]);
+    }
+    let wet = points.iter().rposition(|[_, h]| *h > 0.0).map_or(0, |last| last + 2);
+    points.truncate(wet);
+    points
+}
+
 /// Distance in m from `centre` to the front along `direction` (of unit length); 0 if the ray meets no fluid.
 fn front(cover: &Plan, centre: DVec2, direction: DVec2) -> f64 {
     let wet = |r: f64| cover.at(centre + r * direction) >= 0.5;
@@ -95,6 +115,20 @@ fn reach([low, high]: [DVec2; 2], centre: DVec2, direction: DVec2) -> f64 {
 mod tests {
     use super::*;
     use tremie_numerics::DVec3;
+
+    #[test]
+    fn the_profile_of_a_cake_is_its_height() {
+        let cake = Cake { radius: 0.3, top: 0.04, size: 0.005, axis: DVec2::ZERO };
+        let cells = cake.cells(DVec2::ZERO, DVec2::splat(0.35), [[true, false]; 2]);
+        let points = profile(&cells, cake.axis);
+        for [r, height] in points.iter().filter(|[r, _]| *r < 0.28) {
+            let exact = cake.height(DVec2::new(*r, 0.0));
+            assert!((height - exact).abs() < 0.03 * cake.top, "{r}: {height}, {exact}");
+        }
+        let [last, height] = points[points.len() - 1];
+        assert!((0.3..0.32).contains(&last) && height == 0.0, "{last}");
+        assert!(profile(&Cells { size: 0.1, ..Cells::default() }, DVec2::ZERO).is_empty());
+    }
 
     /// A round cake of radius `radius` whose height falls as `top` sqrt(1 - r / radius), in cells of edge `size`.
     struct Cake {

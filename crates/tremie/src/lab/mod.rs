@@ -5,6 +5,9 @@
 //! experiment, so that a resumed run tells the same figures.
 
 mod slump_flow;
+mod thin_sheet;
+
+pub(crate) use thin_sheet::ThinSheet;
 
 use std::process::ExitCode;
 
@@ -28,6 +31,8 @@ pub(crate) fn run(experiment: Experiment) -> anyhow::Result<ExitCode> {
 
 /// What an experiment tells.
 pub(crate) struct Figures {
+    /// The few that one takes away.
+    pub(crate) headline: Vec<(&'static str, String)>,
     /// For people.
     pub(crate) rows: Vec<(&'static str, String)>,
     /// For `summary.json`.
@@ -40,4 +45,9 @@ pub(crate) fn figures(name: &str, case: &Case, summary: &Summary) -> Option<Figu
         slump_flow::NAME => slump_flow::figures(case, summary),
         _ => None,
     }
+}
+
+/// Name of the standard experiment that a case is, whoever has written it.
+pub(crate) fn recognised(case: &Case) -> Option<&'static str> {
+    slump_flow::is_one(case).then_some(slump_flow::NAME)
 }

@@ -16,6 +16,7 @@ use tremie_geometry::Shape;
 use tremie_simulation::Summary;
 
 use super::Figures;
+use super::thin_sheet::ThinSheet;
 use crate::failure::WrongInput;
 use crate::numbers::significant;
 use crate::run::{Job, Manner, Place};
@@ -110,11 +111,9 @@ pub(crate) fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
     Job::new(case, arguments.place, NAME, Some(NAME))?.run(arguments.manner)
 }
 
-/// Diameter in m at which concrete comes to rest that spreads slowly to a thin sheet (Roussel and Coussot 2005, J. Rheol.
-/// 49:705): `yield_stress = 225 rho g V^2 / (128 pi^2 R^5)`.
+/// Diameter in m at which the concrete comes to rest if it spreads slowly to a thin sheet.
 fn spread_of_a_sheet(yield_stress: f64, density: f64) -> f64 {
-    let fifth = 225.0 * density * GRAVITY * VOLUME * VOLUME / (128.0 * PI * PI * yield_stress);
-    2.0 * fifth.powf(0.2)
+    2.0 * ThinSheet::new(VOLUME, yield_stress, density, GRAVITY).radius
 }
 
 /// The case file, or why there is none.
@@ -208,6 +207,18 @@ fn tidy(number: f64) -> f64 {
     format!("{number:.11e}").parse().unwrap_or(number) + 0.0
 }
 
+/// Whether a case is one of this experiment: the cone of EN 12350-2 alone, and its spread is measured.
+pub(crate) fn is_one(case: &Case) -> bool {
+    let close = |value: f64, wanted: f64| (value / wanted - 1.0).abs() < 1e-6;
+    let standard = |shape: &Shape| match *shape {
+        Shape::Cone { base_radius, top_radius, height, .. } => {
+            close(2.0 * base_radius, CONE[0]) && close(2.0 * top_radius, CONE[1]) && close(height, CONE[2])
+        }
+        _ => false,
+    };
+    case.gauges.spread.is_some() && matches!(case.fluid.as_slice(), [region] if standard(&region.shape))
+}
+
 /// The figures of the experiment, if the case measures a spread.
 pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
     let spread = summary.readings.spread?;
@@ -224,6 +235,12 @@ pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
     };
     let estimate = spread_of_a_sheet(case.material.curve.yield_stress(), case.material.density);
     let cell_size = tremie_lbm::Plan::new(case).scaling.cell_size;
+    let class = [Some(sf), vs].into_iter().flatten().collect::<Vec<_>>().join(", ");
+    let headline = vec![
+        ("slump flow", format!("{} mm", to_ten(flow_mm))),
+        ("T500", t500.clone()),
+        ("class", class.clone()),
+    ];
     let rows = vec![
         (
             "slump flow",
@@ -237,7 +254,7 @@ pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
         ),
         ("T500", t500),
         ("", "(first touch; here the cone vanishes at once, a real one is lifted in 1 s to 3 s)".to_owned()),
-        ("class", [Some(sf), vs].into_iter().flatten().collect::<Vec<_>>().join(", ")),
+        ("class", class),
         ("final height", format!("{:.0} mm in the middle", 1e3 * spread.height)),
         ("slump", format!("{slump_mm:.0} mm")),
         (
@@ -261,7 +278,11 @@ pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
         ("sf_class", json!(sf)),
         ("vs_class", json!(vs)),
     ];
-    Some(Figures { rows, json: json.map(|(name, value)| (name.to_owned(), value)).into_iter().collect() })
+    Some(Figures {
+        headline,
+        rows,
+        json: json.map(|(name, value)| (name.to_owned(), value)).into_iter().collect(),
+    })
 }
 
 /// To the nearest 10 mm, halves up.

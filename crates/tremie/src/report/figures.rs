@@ -1,0 +1,232 @@
+//! The figures of a report.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+use tremie_output::picture::{Axis, Curve, Picture, Plot, Reference, Style};
+use tremie_simulation::gauges;
+use tremie_simulation::pictures::{self, Frame, Quantity};
+
+use super::evidence::Evidence;
+
+/// A picture with what it shows.
+pub(super) struct Figure {
+    /// As PNG.
+    pub(super) png: Vec<u8>,
+    /// In a few words, for those who cannot see it.
+    pub(super) alt: String,
+    /// What to see in it; HTML is not allowed.
+    pub(super) caption: String,
+    /// Whether it is lines on white, which may be shown white on black.
+    pub(super) lines: bool,
+}
+
+/// Smallest value of a logarithmic axis over the largest: what lies below is as good as zero.
+const SMALLEST: f64 = 1e-8;
+
+/// Curves over time, and the profile.
+pub(super) fn plots(evidence: &Evidence) -> anyhow::Result<Vec<Figure>> {
+    let plots = [spread(evidence), profile(evidence), speeds(evidence), energies(evidence)];
+    plots.into_iter().flatten().collect()
+}
+
+/// The last state in a cut, by several quantities, and from above.
+pub(super) fn last_state(evidence: &Evidence) -> anyhow::Result<Vec<Figure>> {
+    let Some((time, cells)) = &evidence.last else {
+        return Ok(Vec::new());
+    };
+    let case = &evidence.case;
+    let mut figures = vec![shown(
+        &pictures::above(cells, case, &format!("From above, t = {time:.2} s"))?,
+        "The surface from above",
+        "Height of the surface, from above.",
+    )?];
+    for (quantity, name, caption) in [
+        (Quantity::Speed, "Speed", "Speed in a vertical cut."),
+        (Quantity::Pressure, "Pressure", "Pressure above that of the air in a vertical cut."),
+        (
+            Quantity::ShearRate,
+            "Shear rate",
+            "Shear rate sqrt(2 D:D) in a vertical cut; zero where the fluid has not yielded.",
+        ),
+        (
+            Quantity::Yielded,
+            "Yielded",
+            "Where the fluid flows, and where the stress is below the yield stress.",
+        ),
+    ] {
+        let picture =
+            pictures::cut(cells, case, quantity, Frame::Fluid, &format!("{name}, t = {time:.2} s"))?;
+        figures.push(shown(&picture, &format!("{name} in a cut"), caption)?);
+    }
+    Ok(figures)
+}
+
+/// The pictures of the run at times that double, and the last: most happens at the start.
+pub(super) fn over_time(paths: &[PathBuf], what: &str) -> (Vec<Figure>, Vec<String>) {
+    let (mut figures, mut missing) = (Vec::new(), Vec::new());
+    let Some(last) = paths.len().checked_sub(1) else {
+        return (figures, missing);
+    };
+    let doubling = std::iter::successors(Some(1), |n| Some(2 * n)).take_while(|n| *n < last);
+    let numbers: BTreeSet<usize> = [0, last].into_iter().chain(doubling).collect();
+    for n in numbers {
+        let path = &paths[n];
+        match std::fs::read(path) {
+            Ok(png) if png.starts_with(b"\x89PNG\r\n\x1a\n") => figures.push(Figure {
+                png,
+                alt: format!("{what}, picture {n}"),
+                caption: String::new(),
+                lines: false,
+            }),
+            Ok(_) => missing.push(format!("{} is no picture.", path.display())),
+            Err(error) => missing.push(format!("{} cannot be read: {error}.", path.display())),
+        }
+    }
+    (figures, missing)
+}
+
+fn shown(picture: &Picture, alt: &str, caption: &str) -> anyhow::Result<Figure> {
+    let mut png = Vec::new();
+    picture.encode(&mut png)?;
+    Ok(Figure { png, alt: alt.to_owned(), caption: caption.to_owned(), lines: false })
+}
+
+fn drawn(plot: &Plot, caption: &str) -> anyhow::Result<Figure> {
+    Ok(Figure { lines: true, ..shown(&plot.draw(), plot.title, caption)? })
+}
+
+fn curve<'a>(label: &'a str, points: &'a Option<Vec<[f64; 2]>>) -> Option<Curve<'a>> {
+    Some(Curve { label, points: points.as_deref()?, style: Style::Line })
+}
+
+/// Spread against time, with what EN 12350-8 asks for where it is a slump flow.
+fn spread(evidence: &Evidence) -> Option<anyhow::Result<Figure>> {
+    let mean = evidence.readings("spread_m", 1e3);
+    let largest = evidence.readings("spread_max_m", 1e3);
+    let curves: Vec<Curve> =
+        [curve("mean diameter", &mean), curve("largest diameter", &largest)].into_iter().flatten().collect();
+    if curves.is_empty() {
+        return None;
+    }
+    let slump_flow = evidence.experiment.is_some();
+    let t500 = evidence.summary.t500;
+    let t500_label = t500.map(|time| format!("T500 = {time:.1} s")).unwrap_or_default();
+    let reference = Reference { at: 500.0, label: "500 mm" };
+    let plot = Plot {
+        title: "Spread",
+        x: Axis::linear("time [s]"),
+        y: Axis::linear("diameter [mm]"),
+        curves,
+        horizontals: if slump_flow { vec![reference] } else { Vec::new() },
+        verticals: t500
+            .filter(|_| slump_flow)
+            .map(|at| Reference { at, label: &t500_label })
+            .into_iter()
+            .collect(),
+    };
+    let caption = if slump_flow {
+        "Diameter against time. T500 is the first touch of the 500 mm circle by the largest diameter (twice the largest radius)."
+    } else {
+        "Diameter against time; the largest is twice the largest radius."
+    };
+    Some(drawn(&plot, caption))
+}
+
+/// Height against radius, beside that of the thin sheet.
+fn profile(evidence: &Evidence) -> Option<anyhow::Result<Figure>> {
+    let centre = evidence.case.gauges.spread?.centre;
+    let (time, cells) = evidence.last.as_ref()?;
+    let millimetres = |points: Vec<[f64; 2]>| points.into_iter().map(|p| p.map(|v| 1e3 * v)).collect();
+    let simulated: Vec<[f64; 2]> = millimetres(gauges::profile(cells, centre));
+    let sheet = evidence.sheet();
+    let analytic: Vec<[f64; 2]> = millimetres(sheet.map_or(Vec::new(), |sheet| {
+        // Steep at the edge, so that the points are closer there.
+        let edge = |n: i32| sheet.radius * (1.0 - f64::from(n).powi(2) / 1e4);
+        (0..=100).rev().map(|n| [edge(n), sheet.height(edge(n))]).collect()
+    }));
+    let mut curves = vec![Curve { label: "simulated", points: &simulated, style: Style::Line }];
+    if sheet.is_some() {
+        curves.push(Curve { label: "Roussel and Coussot 2005", points: &analytic, style: Style::Dashed });
+    }
+    let title = format!("Profile, t = {time:.2} s");
+    let plot = Plot {
+        title: &title,
+        x: Axis::linear("radius [mm]"),
+        y: Axis::linear("height [mm]"),
+        curves,
+        horizontals: Vec::new(),
+        verticals: Vec::new(),
+    };
+    let caption = match sheet {
+        Some(sheet) => format!(
+            "Mean height around the axis. Dashed: h(r) = sqrt(2 tau0 (R - r) / (rho g)) with R = {:.0} mm from the volume. It neglects inertia, normal stresses, surface tension and slip, and holds where the height is well below the radius (here {:.2} of it).",
+            1e3 * sheet.radius,
+            sheet.height(0.0) / sheet.radius
+        ),
+        None => "Mean height around the axis.".to_owned(),
+    };
+    Some(drawn(&plot, &caption))
+}
+
+/// A logarithmic axis that leaves out what is as good as zero.
+fn logarithmic<'a>(label: &'a str, curves: &[Curve], least: f64) -> Axis<'a> {
+    let values = || curves.iter().flat_map(|c| c.points).map(|p| p[1]).filter(|v| v.is_finite() && *v > 0.0);
+    let high = values().fold(least, f64::max);
+    let low = values().fold(least, f64::min).max(SMALLEST * high);
+    Axis { label, range: Some([0.5 * low, 2.0 * high]), log: true }
+}
+
+fn speeds(evidence: &Evidence) -> Option<anyhow::Result<Figure>> {
+    let [median, p99, largest] =
+        ["speed_p50_m_s", "speed_p99_m_s", "speed_max_m_s"].map(|column| evidence.readings(column, 1e3));
+    let curves: Vec<Curve> =
+        [curve("median", &median), curve("99th percentile", &p99), curve("largest", &largest)]
+            .into_iter()
+            .flatten()
+            .collect();
+    if curves.is_empty() {
+        return None;
+    }
+    let rest = evidence.case.stop.rest.map(|rest| 1e3 * rest.speed);
+    let plot = Plot {
+        title: "Speed",
+        x: Axis::linear("time [s]"),
+        y: logarithmic("speed [mm/s]", &curves, rest.unwrap_or(f64::NAN)),
+        curves,
+        horizontals: rest.map(|at| Reference { at, label: "rest" }).into_iter().collect(),
+        verticals: Vec::new(),
+    };
+    let caption = if rest.is_some() {
+        "Speed of the fluid against time. At rest 99 % of it is slower than the dashed line."
+    } else {
+        "Speed of the fluid against time."
+    };
+    Some(drawn(&plot, caption))
+}
+
+fn energies(evidence: &Evidence) -> Option<anyhow::Result<Figure>> {
+    let kinetic = evidence.readings("kinetic_energy_J", 1.0);
+    let end = evidence.summary.readings.potential_energy;
+    // Along a periodic axis the potential has no meaning.
+    let potential = evidence.gravity().and_then(|_| evidence.readings("potential_energy_J", 1.0));
+    let released =
+        potential.map(|points| points.into_iter().map(|[t, e]| [t, e - end]).collect::<Vec<[f64; 2]>>());
+    let curves: Vec<Curve> = [curve("kinetic", &kinetic), curve("potential, above the end's", &released)]
+        .into_iter()
+        .flatten()
+        .collect();
+    if curves.is_empty() {
+        return None;
+    }
+    let plot = Plot {
+        title: "Energy",
+        x: Axis::linear("time [s]"),
+        y: logarithmic("energy [J]", &curves, f64::NAN),
+        curves,
+        horizontals: Vec::new(),
+        verticals: Vec::new(),
+    };
+    let caption = "Energy of the whole body against time.";
+    Some(drawn(&plot, caption))
+}

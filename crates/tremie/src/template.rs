@@ -1,0 +1,156 @@
+//! `tremie new`: a commented case file to start from.
+//!
+//! The templates are the ready cases in `cases/`, compiled in, so that there is one of each.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{ArgGroup, Args};
+
+use crate::failure::WrongInput;
+use crate::run::quoted;
+use crate::terminal;
+
+/// A case to start from.
+#[derive(Debug, Clone, Copy)]
+struct Template {
+    name: &'static str,
+    about: &'static str,
+    text: &'static str,
+}
+
+macro_rules! template {
+    ($name:literal, $about:literal) => {
+        Template {
+            name: $name,
+            about: $about,
+            text: include_str!(concat!("../../../cases/", $name, "/case.toml")),
+        }
+    };
+}
+
+const TEMPLATES: [Template; 4] = [
+    template!("slump-flow", "a cone of concrete is let go and spreads on a plate (EN 12350-8)"),
+    template!("planar-collapse", "a wall of concrete collapses when its forms are taken away (dam break)"),
+    template!("channel", "a body force drives concrete between two plates, periodic along the flow"),
+    template!("drop", "a ball of concrete falls on the floor"),
+];
+
+#[derive(Debug, Args)]
+#[command(
+    group = ArgGroup::new("what").required(true).args(["experiment", "list"]),
+    after_help = "\
+Examples:
+  tremie new --list
+  tremie new slump-flow
+  tremie new planar-collapse my-wall.toml
+
+Every key has a comment; edit the values, then `tremie check` and `tremie run` the file."
+)]
+pub(crate) struct Arguments {
+    /// The experiment (see --list)
+    #[arg(hide_possible_values = true, value_parser = by_name())]
+    experiment: Option<Template>,
+    /// The file to write [default: EXPERIMENT.toml in the current folder]
+    #[arg(requires = "experiment")]
+    path: Option<PathBuf>,
+    /// Say which experiments there are
+    #[arg(long, conflicts_with_all = ["path", "force"])]
+    list: bool,
+    /// Replace the file if there is one
+    #[arg(long)]
+    force: bool,
+}
+
+fn by_name() -> impl TypedValueParser<Value = Template> {
+    let names = PossibleValuesParser::new(TEMPLATES.map(|template| template.name));
+    names.try_map(|name| TEMPLATES.into_iter().find(|template| template.name == name).ok_or("unknown"))
+}
+
+/// Writes a case file, or tells which there are.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
+    match arguments.experiment {
+        Some(template) => {
+            let name = PathBuf::from(format!("{}.toml", template.name));
+            write(&template, arguments.path.as_deref().unwrap_or(&name), arguments.force)?;
+        }
+        None => {
+            let rows = TEMPLATES.map(|template| (template.name, template.about.to_owned()));
+            terminal::say(&terminal::columns(&rows));
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn write(template: &Template, path: &Path, force: bool) -> anyhow::Result<()> {
+    let refuse = |problem: String| Err(WrongInput(format!("{} {problem}", path.display())).into());
+    if path.is_dir() {
+        return refuse("is a folder; name a file to write".to_owned());
+    }
+    if path.exists() && !force {
+        return refuse("exists already; give --force to replace it, or another name".to_owned());
+    }
+    if let Some(folder) = path.parent().filter(|folder| *folder != Path::new("") && !folder.is_dir()) {
+        return refuse(format!("cannot be written: there is no folder {}", folder.display()));
+    }
+    if let Err(error) = tremie_output::atomic::write(path, template.text.as_bytes()) {
+        return refuse(format!("cannot be written: {}", std::error::Error::source(&error).unwrap_or(&error)));
+    }
+    let name = quoted(path);
+    terminal::say(&format!(
+        "{} written. Edit it, then\n  tremie check {name}\n  tremie run {name}",
+        path.display()
+    ));
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tremie_case::Case;
+
+    #[test]
+    fn every_case_that_comes_along_is_a_template() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases");
+        let entries = std::fs::read_dir(folder).unwrap();
+        let mut names: Vec<String> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        let mut templates = TEMPLATES.map(|template| template.name);
+        templates.sort_unstable();
+        assert_eq!(names, templates);
+    }
+
+    #[test]
+    fn templates_are_right_and_so_are_their_options() {
+        for Template { name, text, .. } in TEMPLATES {
+            Case::parse(name, text).unwrap_or_else(|error| panic!("{error}"));
+            let options: Vec<&str> = text
+                .lines()
+                .filter(|line| {
+                    line.strip_prefix('#').is_some_and(|rest| rest.starts_with(char::is_alphabetic))
+                })
+                .collect();
+            assert!(options.len() > 5, "{name}");
+            for option in options {
+                let text = text.replace(option, &option[1..]);
+                Case::parse(name, &text).unwrap_or_else(|error| panic!("{error}"));
+            }
+        }
+    }
+
+    #[test]
+    fn every_line_with_a_key_says_what_it_means() {
+        for Template { name, text, .. } in TEMPLATES {
+            let lines: Vec<&str> = text.lines().collect();
+            for (n, line) in lines.iter().enumerate() {
+                let key = line.strip_prefix('#').unwrap_or(line);
+                if key.starts_with(|c: char| c.is_ascii_lowercase()) {
+                    let around = lines[n.saturating_sub(2)..n].iter().any(|line| line.contains("# "));
+                    assert!(key.contains('#') || around, "{name}: {line}");
+                }
+            }
+        }
+    }
+}
