@@ -6,7 +6,7 @@
 use toml::de::DeValue;
 use tremie_geometry::Shape;
 use tremie_numerics::{DVec2, DVec3};
-use tremie_rheology::FlowCurve;
+use tremie_rheology::{FlowCurve, Regularisation};
 
 use crate::case::{
     Case, Domain, FluidRegion, Gauges, Lbm, Material, Method, Output, Precision, Rest, Side, SpreadGauge,
@@ -25,6 +25,14 @@ const fn quantity(dimension: Dimension, range: Bound, example: &'static str) -> 
 const DENSITY: Quantity = quantity(Dimension::DENSITY, Bound::Positive, "2300 kg/m3");
 const YIELD_STRESS: Quantity = quantity(Dimension::STRESS, Bound::NotNegative, "50 Pa");
 const VISCOSITY: Quantity = quantity(Dimension::VISCOSITY, Bound::Positive, "30 Pa s");
+const CONSISTENCY: Quantity = quantity(Dimension::CONSISTENCY, Bound::Positive, "20 Pa s^n");
+const INDEX: Quantity = quantity(Dimension::NUMBER, Bound::Positive, "0.5");
+/// With a larger one the stress would fall where the shear rate grows.
+const CROSS_INDEX: Quantity = quantity(Dimension::NUMBER, Bound::UpTo(1.0), "0.8");
+const ZERO_SHEAR_VISCOSITY: Quantity = quantity(Dimension::VISCOSITY, Bound::Positive, "100 Pa s");
+const INFINITE_SHEAR_VISCOSITY: Quantity = quantity(Dimension::VISCOSITY, Bound::NotNegative, "1 Pa s");
+const LARGEST_VISCOSITY: Quantity = quantity(Dimension::VISCOSITY, Bound::Positive, "1e4 Pa s");
+const PAPANASTASIOU_EXPONENT: Quantity = quantity(Dimension::TIME, Bound::Positive, "100 s");
 const POSITION: Quantity = quantity(Dimension::LENGTH, Bound::Any, "0.2 m");
 const LENGTH: Quantity = quantity(Dimension::LENGTH, Bound::Positive, "200 mm");
 const DIAMETER_OR_POINT: Quantity = quantity(Dimension::LENGTH, Bound::NotNegative, "200 mm");
@@ -70,13 +78,32 @@ const CASE: Section<Case> = Section {
 };
 
 const MATERIAL: Section<Material> = Section {
-    keys: &[&"density", &FLOW_CURVES],
+    keys: &[&"density", &"regularisation", &FLOW_CURVES],
     example: &[
         "density = \"2300 kg/m3\"",
         "bingham = { yield_stress = \"50 Pa\", plastic_viscosity = \"30 Pa s\" }",
     ],
     read: |t| {
-        Ok(Material { density: t.need("density", &DENSITY)?, curve: t.one_of("flow curve", &FLOW_CURVES)? })
+        let density = t.need("density", &DENSITY)?;
+        let mut curve = t.one_of("flow curve", &FLOW_CURVES)?;
+        if let Some(value) = t.value("regularisation") {
+            curve = curve.regularised(REGULARISATION.read(&value)?).ok_or_else(|| {
+                value.fault("has nothing to act on: the flow curve has no yield stress", "remove this")
+            })?;
+        }
+        Ok(Material { density, curve })
+    },
+};
+
+const REGULARISATION: Section<Regularisation> = Section {
+    keys: &[&"papanastasiou", &"bi_viscosity"],
+    example: &["papanastasiou = \"100 s\""],
+    read: |t| match (t.maybe("papanastasiou", &PAPANASTASIOU_EXPONENT)?, t.value("bi_viscosity")) {
+        (Some(_), Some(second)) => Err(second.fault("is a second regularisation", "keep only one of them")),
+        (Some(exponent), None) => Ok(Regularisation::Papanastasiou { exponent }),
+        (None, _) => {
+            Ok(Regularisation::BiViscosity { largest_viscosity: t.need("bi_viscosity", &LARGEST_VISCOSITY)? })
+        }
     },
 };
 
@@ -98,6 +125,89 @@ const FLOW_CURVES: Variants<FlowCurve> = Variants(&[
                 Ok(FlowCurve::Bingham {
                     yield_stress: t.need("yield_stress", &YIELD_STRESS)?,
                     plastic_viscosity: t.need("plastic_viscosity", &VISCOSITY)?,
+                })
+            },
+        },
+    ),
+    (
+        "herschel_bulkley",
+        Section {
+            keys: &[&"yield_stress", &"consistency", &"index"],
+            example: &["yield_stress = \"50 Pa\"", "consistency = \"20 Pa s^n\"", "index = 0.5"],
+            read: |t| {
+                Ok(FlowCurve::HerschelBulkley {
+                    yield_stress: t.need("yield_stress", &YIELD_STRESS)?,
+                    consistency: t.need("consistency", &CONSISTENCY)?,
+                    index: t.need("index", &INDEX)?,
+                })
+            },
+        },
+    ),
+    (
+        "casson",
+        Section {
+            keys: &[&"yield_stress", &"plastic_viscosity"],
+            example: &["yield_stress = \"50 Pa\"", "plastic_viscosity = \"30 Pa s\""],
+            read: |t| {
+                Ok(FlowCurve::Casson {
+                    yield_stress: t.need("yield_stress", &YIELD_STRESS)?,
+                    plastic_viscosity: t.need("plastic_viscosity", &VISCOSITY)?,
+                })
+            },
+        },
+    ),
+    (
+        "power_law",
+        Section {
+            keys: &[&"consistency", &"index"],
+            example: &["consistency = \"20 Pa s^n\"", "index = 0.5"],
+            read: |t| {
+                Ok(FlowCurve::PowerLaw {
+                    consistency: t.need("consistency", &CONSISTENCY)?,
+                    index: t.need("index", &INDEX)?,
+                })
+            },
+        },
+    ),
+    (
+        "cross",
+        Section {
+            keys: &[&"zero_shear_viscosity", &"infinite_shear_viscosity", &"time", &"index"],
+            example: &[
+                "zero_shear_viscosity = \"100 Pa s\"",
+                "infinite_shear_viscosity = \"1 Pa s\"",
+                "time = \"1 s\"",
+                "index = 0.8",
+            ],
+            read: |t| {
+                Ok(FlowCurve::Cross {
+                    zero_shear_viscosity: t.need("zero_shear_viscosity", &ZERO_SHEAR_VISCOSITY)?,
+                    infinite_shear_viscosity: t
+                        .need("infinite_shear_viscosity", &INFINITE_SHEAR_VISCOSITY)?,
+                    time: t.need("time", &TIME)?,
+                    index: t.need("index", &CROSS_INDEX)?,
+                })
+            },
+        },
+    ),
+    (
+        "carreau_yasuda",
+        Section {
+            keys: &[&"zero_shear_viscosity", &"infinite_shear_viscosity", &"time", &"index", &"transition"],
+            example: &[
+                "zero_shear_viscosity = \"100 Pa s\"",
+                "infinite_shear_viscosity = \"1 Pa s\"",
+                "time = \"1 s\"",
+                "index = 0.5",
+            ],
+            read: |t| {
+                Ok(FlowCurve::CarreauYasuda {
+                    zero_shear_viscosity: t.need("zero_shear_viscosity", &ZERO_SHEAR_VISCOSITY)?,
+                    infinite_shear_viscosity: t
+                        .need("infinite_shear_viscosity", &INFINITE_SHEAR_VISCOSITY)?,
+                    time: t.need("time", &TIME)?,
+                    index: t.need("index", &INDEX)?,
+                    transition: t.maybe("transition", &INDEX)?.unwrap_or(2.0),
                 })
             },
         },

@@ -12,6 +12,7 @@
 //! Inside, everything is in lattice units (cell, step and density are 1); the door speaks SI ([`Scaling`]).
 
 mod collision;
+mod fluid;
 mod grid;
 mod initial;
 mod lanes;
@@ -27,6 +28,8 @@ mod source;
 mod standing;
 mod stream;
 mod surface;
+mod table;
+mod tabulated;
 mod topology;
 mod transport;
 mod view;
@@ -37,3 +40,4 @@ pub use real::{Number, Real};
 pub use relaxation::{Bingham, Relaxation};
 pub use scaling::{Flow, Limits, Scaling, time_step};
 pub use simulation::{LatticeBoltzmann, simulation};
+pub use tabulated::Tabulated;

@@ -5,15 +5,15 @@ use tremie_case::{Case, Precision, Side};
 use tremie_output::state::{Array, State};
 use tremie_simulation::{Breakdown, Load, RestoreError, Simulation, Snapshot};
 
+use crate::fluid::Fluid;
 use crate::grid::Grid;
 use crate::initial::centre;
 use crate::plan::{Plan, confined_gravity, settings};
 use crate::real::Real;
-use crate::relaxation::Bingham;
 use crate::rows::Rows;
 use crate::scaling::Scaling;
 use crate::standing::Braking;
-use crate::stream::{Findings, Physics};
+use crate::stream::Findings;
 use crate::surface::Ledger;
 use crate::topology::{Boundary, CELLS, EDGE, Topology};
 
@@ -34,7 +34,7 @@ pub fn simulation(case: &Case) -> Box<dyn Simulation> {
 pub struct LatticeBoltzmann<T: Real> {
     pub(crate) case: Case,
     pub(crate) scaling: Scaling,
-    pub(crate) physics: Physics<T, Bingham<T>>,
+    pub(crate) fluid: Fluid<T>,
     pub(crate) grid: Grid<T>,
     pub(crate) rows: Vec<Rows>,
     findings: Vec<Findings>,
@@ -59,15 +59,11 @@ impl<T: Real> LatticeBoltzmann<T> {
     /// The case at time zero.
     pub fn new(case: &Case) -> Self {
         let scaling = Plan::new(case).scaling;
-        let curve = &case.material.curve;
-        let law =
-            Bingham::new(scaling.stress(curve.yield_stress()), scaling.viscosity(curve.plastic_viscosity()));
-        let gravity = case.domain.gravity.to_array().map(|g| T::from_f64(scaling.acceleration(g)));
         let mut new = Self {
             case: case.clone(),
             grid: Grid::new(topology(case, &scaling)),
             scaling,
-            physics: Physics { gravity, law },
+            fluid: Fluid::new(&case.material.curve, case.domain.gravity.to_array(), &scaling),
             rows: Vec::new(),
             findings: Vec::new(),
             ledger: Ledger::default(),
@@ -106,8 +102,8 @@ impl<T: Real> LatticeBoltzmann<T> {
         for _ in 0..braking.patience {
             for _ in 0..braking.crossing {
                 self.arrange();
-                self.grid.step(&self.rows, &self.physics, &mut self.findings);
-                self.grid.brake(&held, self.physics.gravity.map(T::to_f64), &braking);
+                self.fluid.step(&mut self.grid, &self.rows, &mut self.findings);
+                self.grid.brake(&held, self.fluid.gravity().map(T::to_f64), &braking);
             }
             self.arrange();
             if self.fastest() < braking.rest {
@@ -122,7 +118,7 @@ impl<T: Real> LatticeBoltzmann<T> {
     fn fastest(&self) -> f64 {
         let mut fastest = 0.0f64;
         for slot in self.grid.slots() {
-            self.grid.moments(slot, &self.rows[slot], &self.physics, |_, m| {
+            self.fluid.moments(&self.grid, slot, &self.rows[slot], |_, m, _| {
                 let square: f64 = m.velocity.iter().map(|u| u.to_f64().powi(2)).sum();
                 fastest = fastest.max(square.sqrt());
             });
@@ -146,7 +142,7 @@ impl<T: Real> LatticeBoltzmann<T> {
     /// Finds rows and surface as the cells are now: the next step needs them, and so does a snapshot.
     fn arrange(&mut self) {
         self.grid.sort_rows(&mut self.rows);
-        self.grid.reconstruct(&self.rows, self.physics.gravity);
+        self.grid.reconstruct(&self.rows, self.fluid.gravity());
     }
 
     fn breakdown(&self, slot: usize, cell: usize) -> Breakdown {
@@ -183,7 +179,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
     }
 
     fn advance(&mut self) -> Result<(), Breakdown> {
-        self.grid.step(&self.rows, &self.physics, &mut self.findings);
+        self.fluid.step(&mut self.grid, &self.rows, &mut self.findings);
         self.steps += 1;
         self.updates += self.grid.wet as u64;
         for slot in self.grid.slots() {

@@ -463,13 +463,13 @@ impl<T: Real> Grid<T> {
         );
     }
 
-    /// The moments of every wet cell of a block, as the next collision will see them.
-    pub(crate) fn moments<R: Relaxation<Lanes<T>>>(
+    /// The moments and the relaxation rate of every wet cell of a block, as the next collision will see them.
+    pub(crate) fn moments<R: Relaxation<Lanes<T>> + Relaxation<T>>(
         &self,
         slot: usize,
         rows: &Rows,
         physics: &Physics<T, R>,
-        mut see: impl FnMut(usize, &Moments<T>),
+        mut see: impl FnMut(usize, &Moments<T>, T),
     ) {
         let Self { topology, links, front, shape, .. } = self;
         let source = Source::new(topology, &links[slot], front, slot);
@@ -478,7 +478,8 @@ impl<T: Real> Grid<T> {
         let mut show = |passing: &Passing<T>, row: u8, kinds: Kinds| {
             for k in (0..LANES).filter(|k| kinds.wet() >> k & 1 == 1) {
                 let f: [T; Q] = std::array::from_fn(|i| passing.f[i].0[k]);
-                see(first_of(row) + k, &moments(&f, passing.mass.0[k], passing.least.0[k], physics.gravity));
+                let m = moments(&f, passing.mass.0[k], passing.least.0[k], physics.gravity);
+                see(first_of(row) + k, &m, m.omega(&physics.law));
             }
         };
         for row in &rows.bulk {
