@@ -9,7 +9,7 @@
 //! ```
 //!
 //! in each of which every octave of d, from 2^-50 to 2^6, is cut into 16 intervals. A cubic passes through the function at the two ends
-//! of an interval and two points between; for a power d^p its relative error is 4e-5 at p = 10 and 1e-6 at p = 4. Exponent and
+//! of an interval and two points between; for a power d^p its relative error is 4e-5 at p = 10 and 2e-7 at p = 4. Exponent and
 //! leading digits of d are the number of the interval, its other digits the place within: nothing is searched, and no
 //! logarithm is taken, whose last digits would depend on the machine.
 
