@@ -2,6 +2,7 @@
 
 use tremie_geometry::Shape;
 use tremie_numerics::DVec3;
+use tremie_rheology::{FlowCurve, Regularisation};
 
 use crate::case::{Case, Domain, Lbm, Method, Side};
 use crate::document::Document;
@@ -18,6 +19,7 @@ const CELL_TOLERANCE: f64 = 1e-6;
 
 /// Refuses contradictions.
 pub(crate) fn check(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
+    flow_curve(&case.material.curve, document)?;
     corners(case.domain.min, case.domain.max, "domain", document)?;
     sides(&case.domain, document)?;
     match &case.method {
@@ -27,6 +29,38 @@ pub(crate) fn check(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
         shape(&region.shape, &format!("fluid.{index}"), &case.domain, document)?;
     }
     gauges(case, document)
+}
+
+/// Viscosities that bound each other are in the right order.
+fn flow_curve(curve: &FlowCurve, document: &Document<'_>) -> Result<(), Fault> {
+    match *curve {
+        FlowCurve::Cross { zero_shear_viscosity, infinite_shear_viscosity, .. }
+        | FlowCurve::CarreauYasuda { zero_shear_viscosity, infinite_shear_viscosity, .. }
+            if infinite_shear_viscosity > zero_shear_viscosity =>
+        {
+            let model = if matches!(curve, FlowCurve::Cross { .. }) { "cross" } else { "carreau_yasuda" };
+            let path = |key: &str| format!("material.{model}.{key}");
+            Err(Fault::new(
+                document.locate(&path("infinite_shear_viscosity")),
+                "the viscosity must not grow with the shear rate",
+                format!("write \"{zero_shear_viscosity} Pa s\" at most"),
+            )
+            .related(document.find(&path("zero_shear_viscosity")), "the viscosity without shear"))
+        }
+        FlowCurve::Regularised { exact, by: Regularisation::BiViscosity { largest_viscosity } }
+            if largest_viscosity <= exact.least_viscosity() =>
+        {
+            Err(Fault::new(
+                document.locate("material.regularisation.bi_viscosity"),
+                "the largest viscosity is no larger than the flow curve's own",
+                format!(
+                    "write more than \"{} Pa s\", a thousand times as much, say",
+                    exact.least_viscosity()
+                ),
+            ))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// A box between two corners is not empty.

@@ -8,7 +8,7 @@ use serde_json::{Map, Value as Json, json};
 use toml::de::DeValue;
 use tremie_geometry::Shape;
 use tremie_numerics::{DVec2, DVec3};
-use tremie_rheology::FlowCurve;
+use tremie_rheology::{FlowCurve, Regularisation};
 
 use crate::case::{
     Case, Domain, FluidRegion, Gauges, Lbm, Material, Method, Output, Precision, Rest, Side, SpreadGauge,
@@ -84,13 +84,51 @@ const CASE: Section<Case> = {
 const MATERIAL: Section<Material> = {
     const DENSITY: Need<Quantity> =
         need("density", "density of the fluid", quantity(Dimension::DENSITY, Bound::Positive, "2300 kg/m3"));
+    const REGULARISATION_KEY: Maybe<Section<Regularisation>> = maybe(
+        "regularisation",
+        "lets the fluid creep below its yield stress, as many other programs do; without it a yield stress is exact",
+        REGULARISATION,
+    );
     Section {
-        keys: &[&DENSITY, &FLOW_CURVES],
+        keys: &[&DENSITY, &REGULARISATION_KEY, &FLOW_CURVES],
         example: &[
             "density = \"2300 kg/m3\"",
             "bingham = { yield_stress = \"50 Pa\", plastic_viscosity = \"30 Pa s\" }",
         ],
-        read: |t| Ok(Material { density: t.need(&DENSITY)?, curve: t.one_of(&FLOW_CURVES)? }),
+        read: |t| {
+            let density = t.need(&DENSITY)?;
+            let mut curve = t.one_of(&FLOW_CURVES)?;
+            if let Some(value) = t.value("regularisation") {
+                curve = curve.regularised(REGULARISATION.read(&value)?).ok_or_else(|| {
+                    value.fault("has nothing to act on: the flow curve has no yield stress", "remove this")
+                })?;
+            }
+            Ok(Material { density, curve })
+        },
+    }
+};
+
+const REGULARISATION: Section<Regularisation> = {
+    const PAPANASTASIOU: Maybe<Quantity> = maybe(
+        "papanastasiou",
+        "exponent m: the yield stress is multiplied by 1 - exp(-m x shear rate)",
+        TIME,
+    );
+    const LARGEST: Quantity = quantity(Dimension::VISCOSITY, Bound::Positive, "1e4 Pa s");
+    const BI_VISCOSITY: Maybe<Quantity> =
+        maybe("bi_viscosity", "largest apparent viscosity, below the yield stress", LARGEST);
+    /// One of the two must be there.
+    const ELSE: Need<Quantity> = need("bi_viscosity", "", LARGEST);
+    Section {
+        keys: &[&PAPANASTASIOU, &BI_VISCOSITY],
+        example: &["papanastasiou = \"100 s\""],
+        read: |t| match (t.maybe(&PAPANASTASIOU)?, t.value("bi_viscosity")) {
+            (Some(_), Some(second)) => {
+                Err(second.fault("is a second regularisation", "keep only one of them"))
+            }
+            (Some(exponent), None) => Ok(Regularisation::Papanastasiou { exponent }),
+            (None, _) => Ok(Regularisation::BiViscosity { largest_viscosity: t.need(&ELSE)? }),
+        },
     }
 };
 
@@ -103,7 +141,138 @@ const FLOW_CURVES: Variants<FlowCurve> = Variants {
             "flow curve: no flow up to the yield stress, then stress = yield stress + plastic viscosity x shear rate",
             BINGHAM,
         ),
+        (
+            "herschel_bulkley",
+            "flow curve: no flow up to the yield stress, then stress = yield stress + consistency x shear rate^index",
+            HERSCHEL_BULKLEY,
+        ),
+        (
+            "casson",
+            "flow curve: no flow up to the yield stress, then the square roots of stress, yield stress and viscous stress add up",
+            CASSON,
+        ),
+        ("power_law", "flow curve: stress = consistency x shear rate^index", POWER_LAW),
+        ("cross", "flow curve: from one viscosity at rest to another at high shear rates (Cross)", CROSS),
+        (
+            "carreau_yasuda",
+            "flow curve: from one viscosity at rest to another at high shear rates (Carreau and Yasuda)",
+            CARREAU_YASUDA,
+        ),
     ],
+};
+
+const YIELD_STRESS: Need<Quantity> = need(
+    "yield_stress",
+    "stress below which there is no flow",
+    quantity(Dimension::STRESS, Bound::NotNegative, "50 Pa"),
+);
+const CONSISTENCY: Need<Quantity> = need(
+    "consistency",
+    "factor of the power of the shear rate",
+    quantity(Dimension::CONSISTENCY, Bound::Positive, "20 Pa s^n"),
+);
+const INDEX: Need<Quantity> = need(
+    "index",
+    "exponent of the shear rate: below 1 the fluid thins when sheared, above it thickens",
+    quantity(Dimension::NUMBER, Bound::Positive, "0.5"),
+);
+const REST_VISCOSITY: Need<Quantity> = need(
+    "zero_shear_viscosity",
+    "viscosity at rest",
+    quantity(Dimension::VISCOSITY, Bound::Positive, "100 Pa s"),
+);
+const FAST_VISCOSITY: Need<Quantity> = need(
+    "infinite_shear_viscosity",
+    "viscosity at high shear rates",
+    quantity(Dimension::VISCOSITY, Bound::NotNegative, "1 Pa s"),
+);
+const RELAXATION_TIME: Need<Quantity> =
+    need("time", "one over the shear rate at which the viscosity begins to fall", TIME);
+
+const HERSCHEL_BULKLEY: Section<FlowCurve> = Section {
+    keys: &[&YIELD_STRESS, &CONSISTENCY, &INDEX],
+    example: &["yield_stress = \"50 Pa\"", "consistency = \"20 Pa s^n\"", "index = 0.5"],
+    read: |t| {
+        Ok(FlowCurve::HerschelBulkley {
+            yield_stress: t.need(&YIELD_STRESS)?,
+            consistency: t.need(&CONSISTENCY)?,
+            index: t.need(&INDEX)?,
+        })
+    },
+};
+
+const CASSON: Section<FlowCurve> = {
+    const PLASTIC_VISCOSITY: Need<Quantity> =
+        need("plastic_viscosity", "viscosity at high shear rates", VISCOSITY);
+    Section {
+        keys: &[&YIELD_STRESS, &PLASTIC_VISCOSITY],
+        example: &["yield_stress = \"50 Pa\"", "plastic_viscosity = \"30 Pa s\""],
+        read: |t| {
+            Ok(FlowCurve::Casson {
+                yield_stress: t.need(&YIELD_STRESS)?,
+                plastic_viscosity: t.need(&PLASTIC_VISCOSITY)?,
+            })
+        },
+    }
+};
+
+const POWER_LAW: Section<FlowCurve> = Section {
+    keys: &[&CONSISTENCY, &INDEX],
+    example: &["consistency = \"20 Pa s^n\"", "index = 0.5"],
+    read: |t| Ok(FlowCurve::PowerLaw { consistency: t.need(&CONSISTENCY)?, index: t.need(&INDEX)? }),
+};
+
+const CROSS: Section<FlowCurve> = {
+    // With a larger one the stress would fall where the shear rate grows.
+    const CROSS_INDEX: Need<Quantity> = need(
+        "index",
+        "how steeply the viscosity falls, at most 1",
+        quantity(Dimension::NUMBER, Bound::UpTo(1.0), "0.8"),
+    );
+    Section {
+        keys: &[&REST_VISCOSITY, &FAST_VISCOSITY, &RELAXATION_TIME, &CROSS_INDEX],
+        example: &[
+            "zero_shear_viscosity = \"100 Pa s\"",
+            "infinite_shear_viscosity = \"1 Pa s\"",
+            "time = \"1 s\"",
+            "index = 0.8",
+        ],
+        read: |t| {
+            Ok(FlowCurve::Cross {
+                zero_shear_viscosity: t.need(&REST_VISCOSITY)?,
+                infinite_shear_viscosity: t.need(&FAST_VISCOSITY)?,
+                time: t.need(&RELAXATION_TIME)?,
+                index: t.need(&CROSS_INDEX)?,
+            })
+        },
+    }
+};
+
+const CARREAU_YASUDA: Section<FlowCurve> = {
+    const TRANSITION: Or<Quantity> = or(
+        "transition",
+        "2",
+        "sharpness of the transition; 2 is the model of Carreau",
+        quantity(Dimension::NUMBER, Bound::Positive, "2"),
+    );
+    Section {
+        keys: &[&REST_VISCOSITY, &FAST_VISCOSITY, &RELAXATION_TIME, &INDEX, &TRANSITION],
+        example: &[
+            "zero_shear_viscosity = \"100 Pa s\"",
+            "infinite_shear_viscosity = \"1 Pa s\"",
+            "time = \"1 s\"",
+            "index = 0.5",
+        ],
+        read: |t| {
+            Ok(FlowCurve::CarreauYasuda {
+                zero_shear_viscosity: t.need(&REST_VISCOSITY)?,
+                infinite_shear_viscosity: t.need(&FAST_VISCOSITY)?,
+                time: t.need(&RELAXATION_TIME)?,
+                index: t.need(&INDEX)?,
+                transition: t.or(&TRANSITION)?,
+            })
+        },
+    }
 };
 
 const NEWTONIAN: Section<FlowCurve> = {
@@ -116,11 +285,6 @@ const NEWTONIAN: Section<FlowCurve> = {
 };
 
 const BINGHAM: Section<FlowCurve> = {
-    const YIELD_STRESS: Need<Quantity> = need(
-        "yield_stress",
-        "stress below which there is no flow",
-        quantity(Dimension::STRESS, Bound::NotNegative, "50 Pa"),
-    );
     const PLASTIC_VISCOSITY: Need<Quantity> =
         need("plastic_viscosity", "slope of the flow curve above the yield stress", VISCOSITY);
     Section {

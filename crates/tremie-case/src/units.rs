@@ -2,46 +2,48 @@
 //!
 //! Between number and unit a space may stand or not. Units are multiplied by a space, `.`, `*` or `·` and divided by
 //! `/`; after a division only further divisions may follow, because `kg/m s` is read in two ways. Exponents are
-//! written `m3`, `m^3`, `m³`, `s-1`, `s^-1` or `s⁻¹`. Results are in SI units, plain numbers in 1, angles in rad.
+//! written `m3`, `m^3`, `m³`, `s-1`, `s^-1` or `s⁻¹`; the consistency of a power law is in `Pa s^n`, whatever its index n. Results are in SI units, plain numbers in 1, angles in rad.
 
 use std::f64::consts::PI;
 use std::fmt;
 
 use crate::suggestion::{either, nearest};
 
-/// Exponents of metre, kilogram and second.
+/// Exponents of metre, kilogram, second, and of `s^n`, in which n is the index of a power law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Dimension([i32; 3]);
+pub struct Dimension([i32; 4]);
 
 impl Dimension {
     /// A number without unit, a share or an angle.
-    pub const NUMBER: Self = Self([0, 0, 0]);
+    pub const NUMBER: Self = Self([0, 0, 0, 0]);
     /// Length, SI unit m.
-    pub const LENGTH: Self = Self([1, 0, 0]);
+    pub const LENGTH: Self = Self([1, 0, 0, 0]);
     /// Area, SI unit m2.
-    pub const AREA: Self = Self([2, 0, 0]);
+    pub const AREA: Self = Self([2, 0, 0, 0]);
     /// Volume, SI unit m3.
-    pub const VOLUME: Self = Self([3, 0, 0]);
+    pub const VOLUME: Self = Self([3, 0, 0, 0]);
     /// Mass, SI unit kg.
-    pub const MASS: Self = Self([0, 1, 0]);
+    pub const MASS: Self = Self([0, 1, 0, 0]);
     /// Time, SI unit s.
-    pub const TIME: Self = Self([0, 0, 1]);
+    pub const TIME: Self = Self([0, 0, 1, 0]);
     /// Rate, SI unit 1/s.
-    pub const RATE: Self = Self([0, 0, -1]);
+    pub const RATE: Self = Self([0, 0, -1, 0]);
     /// Speed, SI unit m/s.
-    pub const SPEED: Self = Self([1, 0, -1]);
+    pub const SPEED: Self = Self([1, 0, -1, 0]);
     /// Acceleration, SI unit m/s2.
-    pub const ACCELERATION: Self = Self([1, 0, -2]);
+    pub const ACCELERATION: Self = Self([1, 0, -2, 0]);
     /// Volume per time, SI unit m3/s.
-    pub const FLOW_RATE: Self = Self([3, 0, -1]);
+    pub const FLOW_RATE: Self = Self([3, 0, -1, 0]);
     /// Density, SI unit kg/m3.
-    pub const DENSITY: Self = Self([-3, 1, 0]);
+    pub const DENSITY: Self = Self([-3, 1, 0, 0]);
     /// Stress or pressure, SI unit Pa.
-    pub const STRESS: Self = Self([-1, 1, -2]);
+    pub const STRESS: Self = Self([-1, 1, -2, 0]);
     /// Dynamic viscosity, SI unit Pa s.
-    pub const VISCOSITY: Self = Self([-1, 1, -1]);
+    pub const VISCOSITY: Self = Self([-1, 1, -1, 0]);
+    /// Consistency of a power law of any index n, SI unit Pa s^n.
+    pub const CONSISTENCY: Self = Self([-1, 1, -2, 1]);
     /// Force, SI unit N.
-    pub const FORCE: Self = Self([1, 1, -2]);
+    pub const FORCE: Self = Self([1, 1, -2, 0]);
 
     /// What the dimension is called, and units in which to write it, the SI unit first.
     const NAMES: &[(Self, &str, &[&str])] = &[
@@ -58,6 +60,7 @@ impl Dimension {
         (Self::DENSITY, "a density", &["kg/m3"]),
         (Self::STRESS, "a stress", &["Pa"]),
         (Self::VISCOSITY, "a viscosity", &["Pa s"]),
+        (Self::CONSISTENCY, "a consistency", &["Pa s^n"]),
         (Self::FORCE, "a force", &["N"]),
     ];
 
@@ -65,7 +68,7 @@ impl Dimension {
         match Self::NAMES.iter().find(|(dimension, ..)| *dimension == self) {
             Some((_, _, units)) => units.iter().map(ToString::to_string).collect(),
             None => {
-                let powers = ["m", "kg", "s"].iter().zip(self.0).filter(|(_, power)| *power != 0);
+                let powers = ["m", "kg", "s", "s^n"].iter().zip(self.0).filter(|(_, power)| *power != 0);
                 let powers = powers.map(|(unit, power)| match power {
                     1 => (*unit).to_owned(),
                     _ => format!("{unit}{power}"),
@@ -266,8 +269,8 @@ const UNITS: &[NamedUnit] = &[
     unit("Pa", 1.0, 0, Dimension::STRESS, true),
     unit("bar", 1.0, 5, Dimension::STRESS, true),
     unit("N", 1.0, 0, Dimension::FORCE, true),
-    unit("J", 1.0, 0, Dimension([2, 1, -2]), true),
-    unit("W", 1.0, 0, Dimension([2, 1, -3]), true),
+    unit("J", 1.0, 0, Dimension([2, 1, -2, 0]), true),
+    unit("W", 1.0, 0, Dimension([2, 1, -3, 0]), true),
     unit("l", 1.0, -3, Dimension::VOLUME, true),
     unit("L", 1.0, -3, Dimension::VOLUME, true),
     unit("min", 60.0, 0, Dimension::TIME, false),
@@ -367,6 +370,9 @@ impl Unit {
 
     /// A name with its exponent, or `1`; and what is left.
     fn parse_factor(text: &str) -> Result<(Self, &str), UnitError> {
+        if let Some(rest) = text.strip_prefix("s^n").or_else(|| text.strip_prefix("sⁿ")) {
+            return Ok((Self { dimension: Dimension([0, 0, 0, 1]), ..Self::ONE }, rest));
+        }
         let is_name = |c: char| c.is_alphabetic() || c == '%' || c == '°';
         let (name, rest) = text.split_at(text.find(|c| !is_name(c)).unwrap_or(text.len()));
         if name.is_empty() {
@@ -413,6 +419,8 @@ mod tests {
             ("30 mPa s", Dimension::VISCOSITY, 0.03),
             ("30 N s/m2", Dimension::VISCOSITY, 30.0),
             ("30 kg/m/s", Dimension::VISCOSITY, 30.0),
+            ("20 Pa s^n", Dimension::CONSISTENCY, 20.0),
+            ("20 Pa.sⁿ", Dimension::CONSISTENCY, 20.0),
             ("620 mm", Dimension::LENGTH, 0.62),
             ("-1.5e-3 km", Dimension::LENGTH, -1.5),
             (" +.5 cm ", Dimension::LENGTH, 0.005),
@@ -465,6 +473,12 @@ mod tests {
             ("50 m", Dimension::NUMBER, "50 m is a length, not a plain number: write \"50\""),
             ("5 J/s3", Dimension::STRESS, "5 J/s3 is a quantity in m2 kg s-5, not a stress"),
             ("0,5 l/s", Dimension::FLOW_RATE, "has a comma in its number: write a decimal point"),
+            (
+                "20 Pa s",
+                Dimension::CONSISTENCY,
+                "20 Pa s is a viscosity, not a consistency: write \"20 Pa s^n\"",
+            ),
+            ("20 Pa s^n", Dimension::VISCOSITY, "20 Pa s^n is a consistency, not a viscosity"),
             ("fast", Dimension::SPEED, "\"fast\" does not begin with a number: write \"1 m/s\""),
             ("", Dimension::TIME, "does not begin with a number"),
             ("nan s", Dimension::TIME, "does not begin with a number"),

@@ -32,15 +32,6 @@ impl<T: Real> Lanes<T> {
     }
 
     #[inline(always)]
-    fn each(self, f: impl Fn(T) -> T) -> Self {
-        let mut new = self;
-        for k in 0..LANES {
-            new.0[k] = f(self.0[k]);
-        }
-        new
-    }
-
-    #[inline(always)]
     fn with(self, other: Self, f: impl Fn(T, T) -> T) -> Self {
         let mut new = self;
         for k in 0..LANES {
@@ -93,6 +84,14 @@ impl<T: Real> Number for Lanes<T> {
         let mut new = no;
         for k in 0..LANES {
             new.0[k] = if a.0[k] > b.0[k] { yes.0[k] } else { no.0[k] };
+        }
+        new
+    }
+    #[inline(always)]
+    fn each(self, f: impl Fn(T) -> T) -> Self {
+        let mut new = self;
+        for k in 0..LANES {
+            new.0[k] = f(self.0[k]);
         }
         new
     }

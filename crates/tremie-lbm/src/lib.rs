@@ -13,6 +13,7 @@
 
 mod adapt;
 mod collision;
+mod fluid;
 mod grid;
 mod initial;
 mod lanes;
@@ -28,6 +29,8 @@ mod source;
 mod standing;
 mod stream;
 mod surface;
+mod table;
+mod tabulated;
 mod topology;
 mod transport;
 mod view;
@@ -38,3 +41,4 @@ pub use real::{Number, Real};
 pub use relaxation::{Bingham, Relaxation};
 pub use scaling::{Flow, Limits, Scaling, time_step};
 pub use simulation::{LatticeBoltzmann, simulation};
+pub use tabulated::Tabulated;

@@ -35,7 +35,7 @@ pub struct Plan {
     pub mach: f64,
     /// Relative density error of the hydrostatic pressure.
     pub hydrostatic_error: f64,
-    /// Bingham number tau0 H / (mu U).
+    /// Bingham number tau0 H / (mu U), with the yield stress of a regularised fluid too.
     pub bingham: f64,
     /// Reynolds number rho U H / mu.
     pub reynolds: f64,
@@ -64,6 +64,7 @@ impl Plan {
         let lbm = settings(case);
         let density = case.material.density;
         let viscosity = case.material.curve.plastic_viscosity();
+        let yield_stress = case.material.curve.viscoplastic().map_or(0.0, |fluid| fluid.yield_stress);
         let confined = confined_gravity(case);
         let gravity = confined.length();
         let height = fluid_height(case, confined.normalize_or_zero());
@@ -100,7 +101,7 @@ impl Plan {
             relaxation_time: 3.0 * scaling.viscosity(viscosity) + 0.5,
             mach: scaling.velocity(speed) * 3f64.sqrt(),
             hydrostatic_error: scaling.hydrostatic_error(gravity, height),
-            bingham: case.material.curve.yield_stress() * height / (viscosity * speed),
+            bingham: yield_stress * height / (viscosity * speed),
             reynolds: density * speed * height / viscosity,
             memory,
         }

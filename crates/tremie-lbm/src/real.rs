@@ -40,6 +40,8 @@ pub trait Number:
     fn abs(self) -> Self;
     /// `yes` where `a > b`, `no` elsewhere.
     fn where_greater(a: Self, b: Self, yes: Self, no: Self) -> Self;
+    /// A function of one number, in every lane.
+    fn each(self, f: impl Fn(Self::Scalar) -> Self::Scalar) -> Self;
 }
 
 /// The type of populations, as stored.
@@ -48,6 +50,9 @@ pub trait Real: Number<Scalar = Self> + Default + PartialOrd + Send + Sync + byt
     const NAME: &'static str;
     /// Widens to `f64`.
     fn to_f64(self) -> f64;
+    /// The interval in which a number >= 0 lies, if each octave from 2^`first` on is cut into 2^DIGITS of them, and the place
+    /// in it from 0 to 1; the nearer end of the first `count` where it lies in none.
+    fn logarithmic_place<const DIGITS: u32>(self, first: i32, count: usize) -> (usize, Self);
     /// As an array of a checkpoint.
     fn into_array(values: Vec<Self>) -> Array;
     /// From an array of a checkpoint; `None` if that has another type.
@@ -55,7 +60,7 @@ pub trait Real: Number<Scalar = Self> + Default + PartialOrd + Send + Sync + byt
 }
 
 macro_rules! real {
-    ($type:ident, $array:ident) => {
+    ($type:ident, $bits:ident, $array:ident) => {
         impl Number for $type {
             type Scalar = Self;
             const ZERO: Self = 0.0;
@@ -82,6 +87,10 @@ macro_rules! real {
             fn where_greater(a: Self, b: Self, yes: Self, no: Self) -> Self {
                 if a > b { yes } else { no }
             }
+            #[inline(always)]
+            fn each(self, f: impl Fn(Self) -> Self) -> Self {
+                f(self)
+            }
         }
 
         impl Real for $type {
@@ -89,6 +98,22 @@ macro_rules! real {
             #[inline(always)]
             fn to_f64(self) -> f64 {
                 self as f64
+            }
+            #[inline(always)]
+            fn logarithmic_place<const DIGITS: u32>(self, first: i32, count: usize) -> (usize, Self) {
+                const MANTISSA: u32 = $type::MANTISSA_DIGITS - 1;
+                let rest = MANTISSA - DIGITS;
+                let one = ((first + $type::MAX_EXP - 1) as $bits) << MANTISSA;
+                let bits = self.to_bits();
+                let interval = (bits.saturating_sub(one) >> rest) as usize;
+                let place = (bits & ((1 << rest) - 1)) as $type / (1u64 << rest) as $type;
+                if bits < one {
+                    (0, 0.0)
+                } else if interval >= count {
+                    (count - 1, 1.0)
+                } else {
+                    (interval, place)
+                }
             }
             fn into_array(values: Vec<Self>) -> Array {
                 Array::$array(values)
@@ -103,8 +128,8 @@ macro_rules! real {
     };
 }
 
-real!(f32, F32);
-real!(f64, F64);
+real!(f32, u32, F32);
+real!(f64, u64, F64);
 
 /// One number for each axis. (`array::map` is not always made part of the loop around it, and then costs as much as the loop.)
 #[inline(always)]

@@ -12,25 +12,29 @@
 //! yield stress gets `omega = 0`: no regularisation, no largest viscosity. (Geier, Kutscher and Krafczyk 2021
 //! reach the same form for the cumulant method.)
 //!
-//! For a Bingham fluid `s = max(0, (q - 3 tau_y)/(3 nu_p + 1/2))`.
+//! For a Bingham fluid `s = max(0, (q - 3 tau_y)/(3 nu_p + 1/2))`; for all others the solution is tabulated (module
+//! `tabulated`).
 
 use crate::real::{Number, Real, larger};
 
 /// A flow curve in lattice units, as the collision asks for it.
-pub trait Relaxation<N>: Copy + Send + Sync {
+pub trait Relaxation<N>: Send + Sync {
     /// Relaxation rate omega in [0, 2) for the stress measure `q >= 0`.
     fn omega(&self, q: N) -> N;
 
     /// Whether the viscosity depends on the stress at all.
     fn is_newtonian(&self) -> bool;
 
-    /// Velocity >= 0 that a wall needs so that the half-cell at it shears by its own stress (module `wall`), where the cell
-    /// itself is rigid: `2 v` is the mean of s(tau) over the half-cell, in which tau grows from `t - growth` to
-    /// `t = traction - v/3` at the wall.
-    fn wall_velocity_rigid(&self, traction: N, growth: N) -> N;
-
-    /// The same where the cell has yielded and has the given fluidity: `4 v = s(t) - fluidity t`.
-    fn wall_velocity(&self, traction: N, fluidity: N) -> N;
+    /// Velocity v that a wall needs so that the half-cell at it shears by its own stress (module `wall`):
+    ///
+    /// ```text
+    ///     4 v = 2 mean(s) - s(t - growth) - fluidity t
+    /// ```
+    ///
+    /// with the mean of the flow curve's s(tau) over the half-cell, in which tau grows from `t - growth` to `t = traction - v/3`
+    /// at the wall. Beyond no stress there is no fluid. `cell(v)` is the fluidity of the cell itself, and the growth, while
+    /// the wall moves with v; `growth` is that of a rigid cell.
+    fn wall_velocity(&self, traction: N, growth: N, cell: impl Fn(N) -> [N; 2]) -> N;
 }
 
 /// Newtonian and Bingham fluids.
@@ -56,6 +60,27 @@ impl<T: Real> Bingham<T> {
             plastic_viscosity: T::from_f64(plastic_viscosity),
         }
     }
+
+    /// The velocity of the wall where the cell is rigid: `2 v = mean(s)`.
+    #[inline(always)]
+    fn wall_velocity_rigid<N: Number<Scalar = T>>(&self, traction: N, growth: N) -> N {
+        // With x = t - tau_y the yielded share of the half-cell is x/growth, so 4 nu growth v = x^2, and v = 3 (X - x).
+        let excess = larger(traction - N::splat(self.yield_stress), N::ZERO);
+        let b = N::from_f64(6.0) * N::splat(self.plastic_viscosity) * larger(growth, N::ZERO);
+        let x = (b * b + N::from_f64(2.0) * b * excess).sqrt() - b;
+        N::from_f64(3.0) * (excess - x)
+    }
+
+    /// The same where it has yielded and has the given fluidity: s(tau) is straight from the centre to the wall, so that
+    /// `2 mean(s) = s(t - growth) + s(t)`.
+    #[inline(always)]
+    fn wall_velocity_yielded<N: Number<Scalar = T>>(&self, traction: N, fluidity: N) -> N {
+        let (four, third) = (N::from_f64(4.0), N::from_f64(1.0 / 3.0));
+        let viscosity = N::splat(self.plastic_viscosity);
+        let share = fluidity * viscosity;
+        let excess = traction - N::splat(self.yield_stress) - share * traction;
+        larger(excess, N::ZERO) / (four * viscosity + third - third * share)
+    }
 }
 
 impl<N: Number> Relaxation<N> for Bingham<N::Scalar> {
@@ -72,21 +97,16 @@ impl<N: Number> Relaxation<N> for Bingham<N::Scalar> {
     }
 
     #[inline(always)]
-    fn wall_velocity_rigid(&self, traction: N, growth: N) -> N {
-        // With x = t - tau_y the yielded share of the half-cell is x/growth, so 4 nu growth v = x^2, and v = 3 (X - x).
-        let excess = larger(traction - N::splat(self.yield_stress), N::ZERO);
-        let b = N::from_f64(6.0) * N::splat(self.plastic_viscosity) * larger(growth, N::ZERO);
-        let x = (b * b + N::from_f64(2.0) * b * excess).sqrt() - b;
-        N::from_f64(3.0) * (excess - x)
-    }
-
-    #[inline(always)]
-    fn wall_velocity(&self, traction: N, fluidity: N) -> N {
-        let (four, third) = (N::from_f64(4.0), N::from_f64(1.0 / 3.0));
-        let viscosity = N::splat(self.plastic_viscosity);
-        let share = fluidity * viscosity;
-        let excess = traction - N::splat(self.yield_stress) - share * traction;
-        larger(excess, N::ZERO) / (four * viscosity + third - third * share)
+    fn wall_velocity(&self, traction: N, growth: N, cell: impl Fn(N) -> [N; 2]) -> N {
+        let rigid = self.wall_velocity_rigid(traction, growth);
+        let mut v = rigid;
+        // The cell's fluidity depends on v; each turn takes it from the last v.
+        for _ in 0..3 {
+            let [fluidity, _] = cell(v);
+            let yielded = self.wall_velocity_yielded(traction, fluidity);
+            v = N::where_greater(fluidity, N::ZERO, yielded, rigid);
+        }
+        v
     }
 }
 
@@ -129,7 +149,7 @@ mod tests {
         let law = Bingham::<f64>::new(yield_stress, viscosity);
         for fluidity in [0.0, 0.3, 4.0] {
             for traction in [1e-5, 2.5e-5, 6e-5, 2e-4] {
-                let v = law.wall_velocity(traction, fluidity);
+                let v = law.wall_velocity_yielded(traction, fluidity);
                 let t = traction - v / 3.0;
                 let s = ((t - yield_stress) / viscosity).max(0.0);
                 let left = (s - fluidity * t).max(0.0);
@@ -148,7 +168,7 @@ mod tests {
         }
         // A Newtonian wall does not slip, whatever the traction.
         let newtonian = Bingham::<f64>::new(0.0, viscosity);
-        assert!(newtonian.wall_velocity(1e-3, 1.0 / viscosity) < 1e-18);
+        assert!(newtonian.wall_velocity_yielded(1e-3, 1.0 / viscosity) < 1e-18);
     }
 
     #[test]

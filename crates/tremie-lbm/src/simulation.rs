@@ -6,15 +6,15 @@ use tremie_output::state::{Array, State};
 use tremie_simulation::{Breakdown, Load, RestoreError, Simulation, Snapshot};
 
 use crate::adapt::{INTERVAL, Look, Watch};
+use crate::fluid::Fluid;
 use crate::grid::Grid;
 use crate::initial::centre;
 use crate::plan::{Plan, confined_gravity, settings};
 use crate::real::Real;
-use crate::relaxation::Bingham;
 use crate::rows::Rows;
 use crate::scaling::{Limits, Scaling};
 use crate::standing::Braking;
-use crate::stream::{Findings, Physics};
+use crate::stream::Findings;
 use crate::surface::Ledger;
 use crate::topology::{Boundary, CELLS, EDGE, Topology};
 
@@ -35,7 +35,7 @@ pub fn simulation(case: &Case) -> Box<dyn Simulation> {
 pub struct LatticeBoltzmann<T: Real> {
     pub(crate) case: Case,
     pub(crate) scaling: Scaling,
-    pub(crate) physics: Physics<T, Bingham<T>>,
+    pub(crate) fluid: Fluid<T>,
     pub(crate) grid: Grid<T>,
     pub(crate) rows: Vec<Rows>,
     findings: Vec<Findings>,
@@ -63,12 +63,8 @@ fn topology(case: &Case, scaling: &Scaling) -> Topology {
 }
 
 /// What drives and resists, for a length of the time step.
-fn physics<T: Real>(case: &Case, scaling: &Scaling) -> Physics<T, Bingham<T>> {
-    let curve = &case.material.curve;
-    let law =
-        Bingham::new(scaling.stress(curve.yield_stress()), scaling.viscosity(curve.plastic_viscosity()));
-    let gravity = case.domain.gravity.to_array().map(|g| T::from_f64(scaling.acceleration(g)));
-    Physics { gravity, law, rescale: None }
+fn fluid<T: Real>(case: &Case, scaling: &Scaling) -> Fluid<T> {
+    Fluid::new(&case.material.curve, case.domain.gravity.to_array(), scaling)
 }
 
 impl<T: Real> LatticeBoltzmann<T> {
@@ -79,7 +75,7 @@ impl<T: Real> LatticeBoltzmann<T> {
             case: case.clone(),
             grid: Grid::new(topology(case, &scaling)),
             scaling,
-            physics: physics(case, &scaling),
+            fluid: fluid(case, &scaling),
             rows: Vec::new(),
             findings: Vec::new(),
             ledger: Ledger::default(),
@@ -122,8 +118,8 @@ impl<T: Real> LatticeBoltzmann<T> {
         for _ in 0..braking.patience {
             for _ in 0..braking.crossing {
                 self.arrange();
-                self.grid.step(&self.rows, &self.physics, &mut self.findings);
-                self.grid.brake(&held, self.physics.gravity.map(T::to_f64), &braking);
+                self.fluid.step(&mut self.grid, &self.rows, None, &mut self.findings);
+                self.grid.brake(&held, self.fluid.gravity().map(T::to_f64), &braking);
             }
             self.arrange();
             if self.fastest() < braking.rest {
@@ -138,7 +134,7 @@ impl<T: Real> LatticeBoltzmann<T> {
     fn fastest(&self) -> f64 {
         let mut fastest = 0.0f64;
         for slot in self.grid.slots() {
-            self.grid.moments(slot, &self.rows[slot], &self.physics, |_, m| {
+            self.fluid.moments(&self.grid, slot, &self.rows[slot], |_, m, _| {
                 let square: f64 = m.velocity.iter().map(|u| u.to_f64().powi(2)).sum();
                 fastest = fastest.max(square.sqrt());
             });
@@ -175,7 +171,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         let (gravity, height) = (gravity.length(), self.grid.height(axis) as f64 * self.scaling.cell_size);
         let look = Look {
             time: self.time,
-            speed: self.grid.common_speed(self.physics.gravity),
+            speed: self.grid.common_speed(self.fluid.gravity()),
             hydrostatic_error: self.scaling.hydrostatic_error(gravity, height),
             viscosity: self.scaling.viscosity(self.case.material.curve.plastic_viscosity()),
             fall: (2.0 * height / gravity).sqrt(),
@@ -186,7 +182,7 @@ impl<T: Real> LatticeBoltzmann<T> {
     /// Takes the new time step into use, once the populations are in its units.
     fn change_step(&mut self, factor: f64) {
         self.scaling.time_step *= factor;
-        self.physics = physics(&self.case, &self.scaling);
+        self.fluid = fluid(&self.case, &self.scaling);
         self.grid.topology.sides = topology(&self.case, &self.scaling).sides;
         self.grid.reweigh();
     }
@@ -194,7 +190,7 @@ impl<T: Real> LatticeBoltzmann<T> {
     /// Finds rows and surface as the cells are now: the next step needs them, and so does a snapshot.
     fn arrange(&mut self) {
         self.grid.sort_rows(&mut self.rows);
-        self.grid.reconstruct(&self.rows, self.physics.gravity);
+        self.grid.reconstruct(&self.rows, self.fluid.gravity());
     }
 
     fn breakdown(&self, slot: usize, cell: usize) -> Breakdown {
@@ -232,8 +228,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
 
     fn advance(&mut self) -> Result<(), Breakdown> {
         let change = self.change_of_step();
-        self.physics.rescale = change.map(T::from_f64);
-        self.grid.step(&self.rows, &self.physics, &mut self.findings);
+        self.fluid.step(&mut self.grid, &self.rows, change.map(T::from_f64), &mut self.findings);
         self.time += self.scaling.time_step;
         self.steps += 1;
         self.updates += self.grid.wet as u64;
@@ -343,7 +338,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         (self.steps, self.mass, self.ledger) = (count("steps")?, number("mass")?, ledger);
         (self.time, self.watch) = (time, Watch { seen });
         self.scaling.time_step = time_step;
-        self.physics = physics(&self.case, &self.scaling);
+        self.fluid = fluid(&self.case, &self.scaling);
         self.grid = grid;
         self.grid.topology.sides = topology(&self.case, &self.scaling).sides;
         self.rows.clear();

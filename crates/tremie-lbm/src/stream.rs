@@ -55,8 +55,6 @@ pub(crate) struct Physics<T, R> {
     pub(crate) gravity: [T; 3],
     /// Flow curve.
     pub(crate) law: R,
-    /// In a step after which time steps change, how many times as long they are.
-    pub(crate) rescale: Option<T>,
 }
 
 /// What a step found in a block.
@@ -261,12 +259,13 @@ fn collide_row<T: Real, R: Relaxation<Lanes<T>>>(
     passing: &Passing<T>,
     row: u8,
     physics: &Physics<T, R>,
+    change: Option<T>,
     back: &mut Field<T>,
     findings: &mut Findings,
 ) -> Lanes<T> {
     let first = first_of(row);
     let gravity = by_axis(|a| Lanes::splat(physics.gravity[a]));
-    let (post, density) = match physics.rescale {
+    let (post, density) = match change {
         None => collide(&passing.f, passing.mass, passing.least, gravity, &physics.law),
         Some(factor) => {
             let factor = Lanes::splat(factor);
@@ -353,16 +352,17 @@ fn step_block<T: Real, R: Relaxation<Lanes<T>>>(
     surface: &Surroundings<'_, T>,
     rows: &Rows,
     physics: &Physics<T, R>,
+    change: Option<T>,
     back: &mut Field<T>,
     mass: &mut [f64; CELLS],
     findings: &mut Findings,
 ) {
     for row in &rows.bulk {
-        collide_row(&source.bulk(row), row.row, physics, back, findings);
+        collide_row(&source.bulk(row), row.row, physics, change, back, findings);
     }
     for row in &rows.surface {
         let passing = source.surface(surface, row, physics, mass);
-        let density = collide_row(&passing, row.row, physics, back, findings);
+        let density = collide_row(&passing, row.row, physics, change, back, findings);
         if row.kinds.interface != 0 {
             judge(row, &passing.gain, density, mass, back, findings);
             if row.any_solid & row.any_air != 0 {
@@ -410,6 +410,7 @@ for_this_processor! {
         surface: &Surroundings<'_, T>,
         rows: &Rows,
         physics: &Physics<T, R>,
+        change: Option<T>,
         back: &mut Field<T>,
         mass: &mut [f64; CELLS],
         findings: &mut Findings
@@ -427,11 +428,12 @@ for_this_processor! {
 }
 
 impl<T: Real> Grid<T> {
-    /// Streams and collides all blocks once. The new populations are in `front` afterwards.
+    /// Streams and collides all blocks once; time steps are `change` times as long from then on, if they change. The new populations are in `front` afterwards.
     pub(crate) fn step<R: Relaxation<Lanes<T>>>(
         &mut self,
         rows: &[Rows],
         physics: &Physics<T, R>,
+        change: Option<T>,
         findings: &mut Vec<Findings>,
     ) {
         findings.resize(self.len(), Findings::default());
@@ -447,7 +449,7 @@ impl<T: Real> Grid<T> {
                 if !rows.is_empty() {
                     let source = Source::new(topology, &links[slot], front, slot);
                     let surface = Surroundings::new(&links[slot], shape, slot);
-                    step_block_here(&source, &surface, rows, physics, back, mass, findings);
+                    step_block_here(&source, &surface, rows, physics, change, back, mass, findings);
                 }
             });
         std::mem::swap(&mut self.front, &mut self.back);
@@ -466,13 +468,13 @@ impl<T: Real> Grid<T> {
         );
     }
 
-    /// The moments of every wet cell of a block, as the next collision will see them.
-    pub(crate) fn moments<R: Relaxation<Lanes<T>>>(
+    /// The moments and the relaxation rate of every wet cell of a block, as the next collision will see them.
+    pub(crate) fn moments<R: Relaxation<Lanes<T>> + Relaxation<T>>(
         &self,
         slot: usize,
         rows: &Rows,
         physics: &Physics<T, R>,
-        mut see: impl FnMut(usize, &Moments<T>),
+        mut see: impl FnMut(usize, &Moments<T>, T),
     ) {
         let Self { topology, links, front, shape, .. } = self;
         let source = Source::new(topology, &links[slot], front, slot);
@@ -481,7 +483,8 @@ impl<T: Real> Grid<T> {
         let mut show = |passing: &Passing<T>, row: u8, kinds: Kinds| {
             for k in (0..LANES).filter(|k| kinds.wet() >> k & 1 == 1) {
                 let f: [T; Q] = std::array::from_fn(|i| passing.f[i].0[k]);
-                see(first_of(row) + k, &moments(&f, passing.mass.0[k], passing.least.0[k], physics.gravity));
+                let m = moments(&f, passing.mass.0[k], passing.least.0[k], physics.gravity);
+                see(first_of(row) + k, &m, m.omega(&physics.law));
             }
         };
         for row in &rows.bulk {

@@ -42,7 +42,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         let velocity_unit = self.scaling.velocity_unit();
         let rate_unit = 1.0 / self.scaling.time_step;
         let links = &self.grid.links[slot];
-        self.grid.moments(slot, &self.rows[slot], &self.physics, |cell, m| {
+        self.fluid.moments(&self.grid, slot, &self.rows[slot], |cell, m, omega| {
             let at = links.coordinates(cell);
             let n = cells.index(at[0] - low[0], at[1] - low[1], at[2] - low[2]);
             let interface = self.grid.kinds[slot][cell / EDGE].interface >> (cell % EDGE) & 1 == 1;
@@ -55,7 +55,7 @@ impl<T: Real> LatticeBoltzmann<T> {
             cells.velocity[n] = DVec3::from(m.velocity.map(|u| u.to_f64() * velocity_unit));
             // omega = s/q, and q = 3 sigma + s/2.
             let q = m.q.to_f64();
-            let rate = m.omega(&self.physics.law).to_f64() * q;
+            let rate = omega.to_f64() * q;
             cells.shear_rate[n] = rate * rate_unit;
             cells.stress[n] = (q - 0.5 * rate) / 3.0 * pressure_unit;
         });

@@ -11,12 +11,17 @@
 //! given to the wall as a velocity along the traction:
 //!
 //! ```text
-//!     v = tau_w (phi(tau_w) - phi(tau_1)) / 4                the cell has yielded (trapezoidal rule, exact for Bingham)
-//!     v = (tau_w - tau_y)^2 / (4 nu_p (tau_w - tau_1))       the cell is rigid (Bingham)
+//!     v = mean(s)/2 - (s(tau_1) + phi(tau_1) tau_w)/4        any flow curve
+//!     v = tau_w (phi(tau_w) - phi(tau_1)) / 4                where s(tau) is straight: Bingham, and the cell has yielded
+//!     v = (tau_w - tau_y)^2 / (4 nu_p (tau_w - tau_1))       Bingham, and the cell is rigid
 //! ```
 //!
-//! It vanishes for Newtonian fluids and where nothing has yielded, and is continuous between the two cases. Both stresses
-//! fall as v rises (by v/3, for the four links that carry it); v solves the equation with that.
+//! The second is the first with the trapezoidal rule for the mean, which other curves may not take: where the cell is about to
+//! yield, s(tau) is anything but straight, and v would jump. It vanishes for Newtonian fluids and where nothing has
+//! yielded, and is continuous between all cases. A fluid that thins has v > 0 whether it has a yield stress or not, one that thickens
+//! v < 0. The traction and the cell's P both fall as v rises (by v/3, for the four links that carry it); v solves the equation with
+//! that, and with tau_1 = (1 - omega/2) P.
+//! phi(tau_1) is the fluidity of the cell, by all of its stress; the mean and s(tau_1) are those of shear along the wall.
 //!
 //! The traction is the momentum that the wall takes in this step, the stress is that of the coming collision: both are
 //! local. Only cells at flat walls are treated; those in edges and corners keep plain bounce-back.
@@ -83,19 +88,19 @@ pub(crate) fn wall_velocity<T: Number, R: Relaxation<T>>(
     let all = m.q * m.density * T::from_f64(2.0 / 3.0);
     let rest = all * all - four * (stress[0] * stress[0] + stress[1] * stress[1]);
     // In a film the stress falls to nothing at its surface, not at the end of the cell.
-    let rigid = law.wall_velocity_rigid(size, (size - along) / larger(m.fill, T::from_f64(LEAST_RESISTANCE)));
-    let mut v = rigid;
-    // The cell's fluidity depends on v; each turn takes it from the last v.
-    for _ in 0..3 {
+    let fill = larger(m.fill, T::from_f64(LEAST_RESISTANCE));
+    let cell = |v: T| {
         let reduced = |n: usize| stress[n] - third * v * direction[n];
         let left = [reduced(0), reduced(1)];
         let square = rest + four * (left[0] * left[0] + left[1] * left[1]);
         let q = T::from_f64(1.5) / m.density * larger(square, T::ZERO).sqrt();
         let omega = law.omega(q);
-        let fluidity = T::from_f64(6.0) * omega / (T::from_f64(2.0) - omega);
-        let yielded = law.wall_velocity(size, fluidity);
-        v = T::where_greater(omega, T::ZERO, yielded, rigid);
-    }
+        let two = T::from_f64(2.0);
+        // P is the flow curve's stress and a sixth of the shear rate.
+        let resisted = (T::ONE - omega / two) * (along - third * v);
+        [T::from_f64(6.0) * omega / (two - omega), (size - third * v - resisted) / fill]
+    };
+    let v = law.wall_velocity(size, (size - along) / fill, cell);
     [v * direction[0], v * direction[1]]
 }
 

@@ -1,7 +1,8 @@
-//! What all of Tremie computes with: vectors and sums whose result does not depend on the number of threads.
+//! What all of Tremie computes with: vectors, roots, and sums whose result does not depend on the number of threads.
 //!
 //! Vectors are those of `glam`, re-exported here once so that the whole workspace agrees on one version.
 
 pub use glam::{DMat3, DVec2, DVec3};
 
+pub mod root;
 pub mod sum;

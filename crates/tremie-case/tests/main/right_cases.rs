@@ -5,7 +5,7 @@ use std::path::Path;
 use tremie_case::*;
 use tremie_geometry::Shape;
 use tremie_numerics::{DVec2, DVec3};
-use tremie_rheology::FlowCurve;
+use tremie_rheology::{FlowCurve, Regularisation};
 
 use super::SLUMP_FLOW;
 
@@ -85,6 +85,56 @@ fn inline_tables_and_dotted_keys_do_as_well_as_headers() {
     assert_eq!(case.domain.sides[0..4], [Side::Periodic; 4]);
     assert_eq!(case.domain.cells(0.001), [20, 1, 10]);
     assert_eq!(case.fluid[1].shape, Shape::Sphere { centre: DVec3::ZERO, radius: 0.001 });
+}
+
+#[test]
+fn every_flow_curve_and_regularisation_can_be_written() {
+    let viscosities =
+        "zero_shear_viscosity = \"100 Pa s\", infinite_shear_viscosity = \"1 Pa s\", time = \"2 s\"";
+    let (zero_shear_viscosity, infinite_shear_viscosity, time, index) = (100.0, 1.0, 2.0, 0.5);
+    let (yield_stress, consistency, plastic_viscosity) = (50.0, 20.0, 5.0);
+    let herschel_bulkley = FlowCurve::HerschelBulkley { yield_stress, consistency, index };
+    let casson = FlowCurve::Casson { yield_stress, plastic_viscosity };
+    let papanastasiou = Regularisation::Papanastasiou { exponent: 100.0 };
+    let bi_viscosity = Regularisation::BiViscosity { largest_viscosity: 1e4 };
+    for (written, curve) in [
+        (
+            "herschel_bulkley = { yield_stress = \"50 Pa\", consistency = \"20 Pa s^n\", index = 0.5 }",
+            herschel_bulkley,
+        ),
+        ("casson = { yield_stress = \"50 Pa\", plastic_viscosity = \"5 Pa s\" }", casson),
+        (
+            "power_law = { consistency = \"20 Pa s^n\", index = 0.5 }",
+            FlowCurve::PowerLaw { consistency, index },
+        ),
+        (
+            &format!("cross = {{ {viscosities}, index = 0.5 }}"),
+            FlowCurve::Cross { zero_shear_viscosity, infinite_shear_viscosity, time, index },
+        ),
+        (
+            &format!("carreau_yasuda = {{ {viscosities}, index = 0.5 }}"),
+            FlowCurve::CarreauYasuda {
+                zero_shear_viscosity,
+                infinite_shear_viscosity,
+                time,
+                index,
+                transition: 2.0,
+            },
+        ),
+        (
+            "casson = { yield_stress = \"50 Pa\", plastic_viscosity = \"5 Pa s\" }, \
+             regularisation = { papanastasiou = \"100 s\" }",
+            casson.regularised(papanastasiou).unwrap(),
+        ),
+        (
+            "herschel_bulkley = { yield_stress = \"50 Pa\", consistency = \"20 Pa s^n\", index = 0.5 }, \
+             regularisation = { bi_viscosity = \"1e4 Pa s\" }",
+            herschel_bulkley.regularised(bi_viscosity).unwrap(),
+        ),
+    ] {
+        let text = CHANNEL.replace("newtonian.viscosity = \"1 Pa s\"", written);
+        assert_eq!(Case::parse("channel.toml", &text).unwrap().material.curve, curve);
+    }
 }
 
 #[test]

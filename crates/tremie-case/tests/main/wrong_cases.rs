@@ -23,6 +23,9 @@ const fn mistake(
     Mistake { right, wrong, line, column, says }
 }
 
+/// The flow curve of the slump flow.
+const BINGHAM: &str = "[material.bingham]\nyield_stress = \"50 Pa\"\nplastic_viscosity = \"30 Pa s\"";
+
 const MISTAKES: &[Mistake] = &[
     // Syntax and keys.
     mistake("title =", "title", 1, 7, "key with no value, expected `=`"),
@@ -32,7 +35,15 @@ const MISTAKES: &[Mistake] = &[
     mistake("yield_stress", "yeild_stress", 7, 1, "known keys: yield_stress, plastic_viscosity"),
     mistake("cell_size", "temperature", 28, 1, "there is no key `temperature` in `lbm`"),
     mistake("[stop]", "[stopp]", 37, 2, "did you mean `stop`?"),
-    mistake("[material.bingham]", "[material.casson]", 6, 11, "known keys: density, newtonian, bingham"),
+    mistake("[material.bingham]", "[material.bingam]", 6, 11, "did you mean `bingham`?"),
+    mistake(
+        "[material.bingham]",
+        "[material.wax]",
+        6,
+        11,
+        "known keys: density, regularisation, newtonian, bingham",
+    ),
+    mistake("[material.bingham]", "[material.power_law]", 7, 1, "known keys: consistency, index"),
     mistake("x_min", "left", 15, 1, "known keys: x_min, x_max, y_min"),
     mistake("top_diameter", "diameter", 21, 66, "in `fluid.cone`"),
     // Missing.
@@ -56,6 +67,13 @@ const MISTAKES: &[Mistake] = &[
     mistake("[[fluid]]\ncylinder", "[fluid.x]\ny", 24, 8, "there is no key `x` in `fluid`"),
     mistake("{ centre = [\"0 m\", \"0 m\"] }", "\"yes\"", 35, 10, "expected { centre = "),
     // Quantities.
+    mistake(
+        BINGHAM,
+        "[material.power_law]\nconsistency = \"9 Pa s\"\nindex = 1",
+        7,
+        15,
+        "write \"9 Pa s^n\"",
+    ),
     mistake("\"50 Pa\"", "50", 7, 16, "50 has no unit"),
     mistake("\"50 Pa\"", "\"50\"", 7, 16, "write \"50 Pa\""),
     mistake("\"50 Pa\"", "\"50 mm\"", 7, 16, "50 mm is a length, not a stress"),
@@ -77,7 +95,58 @@ const MISTAKES: &[Mistake] = &[
     mistake("\"2 min\"", "\"-2 min\"", 38, 8, "`stop.time` must be positive"),
     mistake("snapshot_interval = \"1 s\"", "snapshot_interval = \"-1 s\"", 42, 21, "must be positive"),
     mistake("\"300 mm\"", "\"0 mm\"", 21, 100, "`fluid.cone.height` must be positive"),
+    mistake(
+        BINGHAM,
+        "[material.power_law]\nconsistency = \"9 Pa s^n\"\nindex = 0",
+        8,
+        9,
+        "`material.power_law.index` must be positive",
+    ),
+    mistake(
+        BINGHAM,
+        "[material.cross]\nindex = 1.2\ntime = \"1 s\"\nzero_shear_viscosity = \"9 Pa s\"\n\
+         infinite_shear_viscosity = \"0 Pa s\"",
+        7,
+        9,
+        "`material.cross.index` must be positive and at most 1",
+    ),
     // Contradictions.
+    mistake(
+        BINGHAM,
+        "[material.carreau_yasuda]\nindex = 0.5\ntime = \"1 s\"\nzero_shear_viscosity = \"9 Pa s\"\n\
+         infinite_shear_viscosity = \"10 Pa s\"",
+        10,
+        28,
+        "write \"9 Pa s\" at most",
+    ),
+    mistake(
+        BINGHAM,
+        "newtonian = { viscosity = \"1 Pa s\" }\nregularisation = { papanastasiou = \"100 s\" }",
+        7,
+        18,
+        "the flow curve has no yield stress",
+    ),
+    mistake(
+        "[material.bingham]",
+        "regularisation = { papanastasiou = \"100 s\", bi_viscosity = \"1e4 Pa s\" }\n[material.bingham]",
+        6,
+        60,
+        "is a second regularisation",
+    ),
+    mistake(
+        "[material.bingham]",
+        "regularisation = {}\n[material.bingham]",
+        6,
+        18,
+        "`material.regularisation.bi_viscosity` is missing",
+    ),
+    mistake(
+        "[material.bingham]",
+        "regularisation = { bi_viscosity = \"20 Pa s\" }\n[material.bingham]",
+        6,
+        35,
+        "write more than \"30 Pa s\"",
+    ),
     mistake(
         "[material.bingham]",
         "newtonian = { viscosity = \"1 Pa s\" }\n[material.bingham]",

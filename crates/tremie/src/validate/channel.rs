@@ -11,6 +11,7 @@ use tremie_simulation::Cells;
 
 use super::benchmark::{Check, Context, observed_order, shown};
 use super::flow::{Flow, lattice};
+use super::profile::Model;
 
 /// Share of the largest velocity by which a flow may still change in one diffusion time when it counts as steady: far
 /// below the tolerance of each benchmark.
@@ -157,38 +158,98 @@ pub(super) fn channel_bingham(context: &Context) -> anyhow::Result<Vec<Check>> {
     let mut checks = Vec::new();
     for phi in [0.2, 0.5] {
         let curve = FlowCurve::Bingham { yield_stress: phi * wall_stress, plastic_viscosity };
-        let runs = channels(context, Some(curve), NEARLY_STEADY)?;
-        let mut errors = Vec::new();
-        for ((case, column), cells) in runs.iter().zip(CELLS) {
-            let exact = Poiseuille::of(case);
-            let error = l2_error(column, |z| exact.at(z));
-            let name = format!("velocity, plug {phi}, {cells} cells (L2)");
-            checks.push(if cells == 32 {
-                context.zero("profile", name, "", error)?
-            } else {
-                shown(name, error)
-            });
-            errors.push(error);
-            let wall_rate = case.material.curve.shear_rate(exact.wall_stress);
-            let plug = || column.iter().filter(|level| level.rate <= PLUG * wall_rate);
-            let name = format!("plug width, plug {phi}, {cells} cells");
-            checks.push(context.absolute(
-                "plug width",
-                name,
-                "cells",
-                phi * cells as f64,
-                plug().count() as f64,
-            )?);
-            let creep = plug().map(|level| level.rate).fold(0.0, f64::max) / wall_rate;
-            checks.push(shown(
-                format!("largest rate in plug {phi} over that at the wall, {cells} cells"),
-                creep,
-            ));
-        }
-        let order = observed_order(&CELLS, &errors);
-        checks.push(context.at_least("order", format!("order, plug {phi}"), order)?);
+        let exact = Poiseuille { yield_stress: phi * wall_stress, ..Poiseuille::of(&case) };
+        checks.extend(channel(context, &format!("plug {phi}"), curve, phi, |z| exact.at(z))?);
     }
     Ok(checks)
+}
+
+/// Plane channel of the fluid `name` that flows by `curve`, whose plug takes the share `phi` of the gap, and whose velocity at
+/// the height z is `exact(z)`.
+fn channel(
+    context: &Context,
+    name: &str,
+    curve: FlowCurve,
+    phi: f64,
+    exact: impl Fn(f64) -> f64,
+) -> anyhow::Result<Vec<Check>> {
+    let runs = channels(context, Some(curve), NEARLY_STEADY)?;
+    let (mut checks, mut errors) = (Vec::new(), Vec::new());
+    for ((case, column), cells) in runs.iter().zip(CELLS) {
+        let error = l2_error(column, &exact);
+        let velocity = format!("velocity, {name}, {cells} cells (L2)");
+        checks.push(if cells == 32 {
+            context.zero("profile", velocity, "", error)?
+        } else {
+            shown(velocity, error)
+        });
+        errors.push(error);
+        if phi > 0.0 {
+            let wall_rate = curve.shear_rate(Poiseuille::of(case).wall_stress);
+            let plug = || column.iter().filter(|level| level.rate <= PLUG * wall_rate);
+            let width = format!("plug width, {name}, {cells} cells");
+            let reference = phi * cells as f64;
+            checks.push(context.absolute("plug width", width, "cells", reference, plug().count() as f64)?);
+            let creep = plug().map(|level| level.rate).fold(0.0, f64::max) / wall_rate;
+            checks.push(shown(format!("largest rate in {name} over that at the wall, {cells} cells"), creep));
+        }
+    }
+    let order = observed_order(&CELLS, &errors);
+    checks.push(context.at_least("order", format!("order, {name}"), order)?);
+    Ok(checks)
+}
+
+/// The same for a model with a reference profile; the case gives the channel.
+fn channel_of(context: &Context, name: &str, model: Model, phi: f64) -> anyhow::Result<Vec<Check>> {
+    let Poiseuille { half_gap, wall_stress, .. } = Poiseuille::of(&context.case("case.toml")?);
+    channel(context, name, model.curve(), phi, |z| model.velocity(half_gap, wall_stress, z / half_gap - 1.0))
+}
+
+/// Consistency in Pa s^n, or viscosity in Pa s, of the fluids in these channels.
+const CONSISTENCY: f64 = 20.0;
+
+/// Plane channel of a Herschel-Bulkley fluid that thins and one that thickens.
+pub(super) fn channel_herschel_bulkley(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let phi = 0.3;
+    let yield_stress = phi * Poiseuille::of(&context.case("case.toml")?).wall_stress;
+    let of = |index: f64| {
+        let model = Model::HerschelBulkley { yield_stress, consistency: CONSISTENCY, index };
+        channel_of(context, &format!("index {index}"), model, phi)
+    };
+    Ok([of(0.5)?, of(1.5)?].concat())
+}
+
+/// Plane channel of a Casson fluid whose plug takes a tenth and 0.3 of the gap.
+pub(super) fn channel_casson(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let wall_stress = Poiseuille::of(&context.case("case.toml")?).wall_stress;
+    let of = |phi: f64| {
+        let model = Model::Casson { yield_stress: phi * wall_stress, viscosity: CONSISTENCY };
+        channel_of(context, &format!("plug {phi}"), model, phi)
+    };
+    Ok([of(0.1)?, of(0.3)?].concat())
+}
+
+/// Plane channel of a power law that thins and one that thickens.
+pub(super) fn channel_power_law(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let of = |index: f64| {
+        let model = Model::HerschelBulkley { yield_stress: 0.0, consistency: CONSISTENCY, index };
+        channel_of(context, &format!("index {index}"), model, 0.0)
+    };
+    Ok([of(0.5)?, of(1.5)?].concat())
+}
+
+/// Plane channel of a Cross fluid that is nearly rigid up to 0.3 of the stress at the walls.
+pub(super) fn channel_cross(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let wall_stress = Poiseuille::of(&context.case("case.toml")?).wall_stress;
+    let zero = 1000.0 * CONSISTENCY;
+    let model = Model::Cross { zero, infinite: CONSISTENCY, time: zero / (0.3 * wall_stress), index: 1.0 };
+    channel_of(context, "Cross", model, 0.0)
+}
+
+/// Plane channel of a Carreau fluid.
+pub(super) fn channel_carreau(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let model = Model::CarreauYasuda { zero: 40.0, infinite: 2.0, time: 2.0, index: 0.4, a: 2.0 };
+    channel_of(context, "Carreau", model, 0.0)
 }
 
 /// Plane shear of a Bingham fluid between a wall at rest and a moving one.
@@ -279,6 +340,31 @@ mod tests {
                 Poiseuille { half_gap: 1.0, wall_stress, yield_stress: phi * wall_stress, viscosity: 1.0 };
             assert!((exact.velocity(eta) - row["u_over_U"]).abs() < 1e-5, "{row:?}");
             assert!((exact.yield_stress - row["Bn"]).abs() < 1e-4, "{row:?}");
+        }
+    }
+
+    #[test]
+    fn profiles_are_those_of_the_tables() {
+        let power_law = |index| Model::HerschelBulkley { yield_stress: 0.0, consistency: 1.0, index };
+        let rigid = |index| Model::HerschelBulkley { yield_stress: 0.3, consistency: 1.0, index };
+        let casson = |yield_stress| Model::Casson { yield_stress, viscosity: 1.0 };
+        let cross = Model::Cross { zero: 1000.0, infinite: 1.0, time: 1000.0 / 0.3, index: 1.0 };
+        for (id, name, model) in [
+            ("channel-herschel-bulkley", "n0.5", rigid(0.5)),
+            ("channel-herschel-bulkley", "n1.5", rigid(1.5)),
+            ("channel-casson", "plug 0.1", casson(0.1)),
+            ("channel-casson", "plug 0.3", casson(0.3)),
+            ("channel-power-law", "n0.5", power_law(0.5)),
+            ("channel-power-law", "n1.5", power_law(1.5)),
+            ("channel-cross", "cross", cross),
+        ] {
+            let benchmark = super::super::BENCHMARKS.iter().find(|b| b.id == id);
+            let rows = Context::new(benchmark.unwrap()).unwrap().reference().unwrap();
+            assert!(rows.len() > 20);
+            for row in rows {
+                let error = model.velocity(1.0, 1.0, row["y"]) - row[name];
+                assert!(error.abs() < 1e-6, "{id} {name} {row:?} {error:e}");
+            }
         }
     }
 }

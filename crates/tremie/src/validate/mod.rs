@@ -10,6 +10,7 @@ mod benchmark;
 mod channel;
 mod flow;
 mod invariance;
+mod profile;
 mod report;
 mod scales;
 mod slump;
@@ -63,6 +64,11 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(scales::flow_curves, "flow-curves"),
     benchmark!(channel::channel_newtonian, "channel-newtonian", "case.toml"),
     benchmark!(channel::channel_bingham, "channel-bingham", "case.toml", "reference.csv"),
+    benchmark!(channel::channel_herschel_bulkley, "channel-herschel-bulkley", "case.toml", "reference.csv"),
+    benchmark!(channel::channel_casson, "channel-casson", "case.toml", "reference.csv"),
+    benchmark!(channel::channel_power_law, "channel-power-law", "case.toml", "reference.csv"),
+    benchmark!(channel::channel_cross, "channel-cross", "case.toml", "reference.csv"),
+    benchmark!(channel::channel_carreau, "channel-carreau", "case.toml"),
     benchmark!(channel::couette_bingham, "couette-bingham", "case.toml"),
     benchmark!(channel::film_newtonian, "film-newtonian", "case.toml"),
     benchmark!(surface::tank_hydrostatic, "tank-hydrostatic", "case.toml"),

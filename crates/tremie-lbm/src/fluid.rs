@@ -1,0 +1,74 @@
+//! The fluid as the grid sees it: what drives it, and its flow curve, in closed form where there is one.
+//!
+//! Which law it is is asked once a step, not in each cell: the kernels are compiled for each.
+
+use tremie_rheology::FlowCurve;
+
+use crate::collision::Moments;
+use crate::grid::Grid;
+use crate::real::Real;
+use crate::relaxation::Bingham;
+use crate::rows::Rows;
+use crate::scaling::Scaling;
+use crate::stream::{Findings, Physics};
+use crate::tabulated::Tabulated;
+
+/// What drives the fluid and resists.
+#[derive(Debug, Clone)]
+pub(crate) enum Fluid<T> {
+    /// Newtonian and Bingham fluids.
+    Bingham(Physics<T, Bingham<T>>),
+    /// All others.
+    Tabulated(Physics<T, Tabulated<T>>),
+}
+
+impl<T: Real> Fluid<T> {
+    /// The fluid of a flow curve under an acceleration in m/s2.
+    pub(crate) fn new(curve: &FlowCurve, gravity: [f64; 3], scaling: &Scaling) -> Self {
+        let gravity = gravity.map(|g| T::from_f64(scaling.acceleration(g)));
+        match curve {
+            FlowCurve::Newtonian { .. } | FlowCurve::Bingham { .. } => {
+                let yield_stress = scaling.stress(curve.yield_stress());
+                let law = Bingham::new(yield_stress, scaling.viscosity(curve.plastic_viscosity()));
+                Self::Bingham(Physics { gravity, law })
+            }
+            _ => Self::Tabulated(Physics { gravity, law: Tabulated::new(curve, scaling) }),
+        }
+    }
+
+    /// Acceleration in lattice units.
+    pub(crate) fn gravity(&self) -> [T; 3] {
+        match self {
+            Self::Bingham(physics) => physics.gravity,
+            Self::Tabulated(physics) => physics.gravity,
+        }
+    }
+
+    /// See [`Grid::step`].
+    pub(crate) fn step(
+        &self,
+        grid: &mut Grid<T>,
+        rows: &[Rows],
+        change: Option<T>,
+        findings: &mut Vec<Findings>,
+    ) {
+        match self {
+            Self::Bingham(physics) => grid.step(rows, physics, change, findings),
+            Self::Tabulated(physics) => grid.step(rows, physics, change, findings),
+        }
+    }
+
+    /// See [`Grid::moments`].
+    pub(crate) fn moments(
+        &self,
+        grid: &Grid<T>,
+        slot: usize,
+        rows: &Rows,
+        see: impl FnMut(usize, &Moments<T>, T),
+    ) {
+        match self {
+            Self::Bingham(physics) => grid.moments(slot, rows, physics, see),
+            Self::Tabulated(physics) => grid.moments(slot, rows, physics, see),
+        }
+    }
+}
