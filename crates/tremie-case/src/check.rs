@@ -51,7 +51,7 @@ fn flow_curve(curve: &FlowCurve, document: &Document<'_>) -> Result<(), Fault> {
             if largest_viscosity <= exact.least_viscosity() =>
         {
             Err(Fault::new(
-                document.locate("material.regularisation.bi_viscosity"),
+                document.locate("material.regularisation.bi_viscosity.largest_viscosity"),
                 "the largest viscosity is no larger than the flow curve's own",
                 format!(
                     "write more than \"{} Pa s\", a thousand times as much, say",

@@ -108,27 +108,43 @@ const MATERIAL: Section<Material> = {
     }
 };
 
-const REGULARISATION: Section<Regularisation> = {
-    const PAPANASTASIOU: Maybe<Quantity> = maybe(
-        "papanastasiou",
-        "exponent m: the yield stress is multiplied by 1 - exp(-m x shear rate)",
-        TIME,
+const REGULARISATION: Section<Regularisation> = Section {
+    keys: &[&REGULARISATIONS],
+    example: &["papanastasiou = { exponent = \"100 s\" }"],
+    read: |t| t.one_of(&REGULARISATIONS),
+};
+
+const REGULARISATIONS: Variants<Regularisation> = Variants {
+    what: "regularisation",
+    sections: &[
+        ("papanastasiou", "the yield stress is multiplied by 1 - exp(-exponent x shear rate)", PAPANASTASIOU),
+        ("bi_viscosity", "the apparent viscosity is limited", BI_VISCOSITY),
+    ],
+};
+
+const PAPANASTASIOU: Section<Regularisation> = {
+    const EXPONENT: Need<Quantity> = need(
+        "exponent",
+        "the longer, the nearer to a yield stress",
+        quantity(Dimension::TIME, Bound::Positive, "100 s"),
     );
-    const LARGEST: Quantity = quantity(Dimension::VISCOSITY, Bound::Positive, "1e4 Pa s");
-    const BI_VISCOSITY: Maybe<Quantity> =
-        maybe("bi_viscosity", "largest apparent viscosity, below the yield stress", LARGEST);
-    /// One of the two must be there.
-    const ELSE: Need<Quantity> = need("bi_viscosity", "", LARGEST);
     Section {
-        keys: &[&PAPANASTASIOU, &BI_VISCOSITY],
-        example: &["papanastasiou = \"100 s\""],
-        read: |t| match (t.maybe(&PAPANASTASIOU)?, t.value("bi_viscosity")) {
-            (Some(_), Some(second)) => {
-                Err(second.fault("is a second regularisation", "keep only one of them"))
-            }
-            (Some(exponent), None) => Ok(Regularisation::Papanastasiou { exponent }),
-            (None, _) => Ok(Regularisation::BiViscosity { largest_viscosity: t.need(&ELSE)? }),
-        },
+        keys: &[&EXPONENT],
+        example: &["exponent = \"100 s\""],
+        read: |t| Ok(Regularisation::Papanastasiou { exponent: t.need(&EXPONENT)? }),
+    }
+};
+
+const BI_VISCOSITY: Section<Regularisation> = {
+    const LARGEST: Need<Quantity> = need(
+        "largest_viscosity",
+        "viscosity below the yield stress",
+        quantity(Dimension::VISCOSITY, Bound::Positive, "1e4 Pa s"),
+    );
+    Section {
+        keys: &[&LARGEST],
+        example: &["largest_viscosity = \"1e4 Pa s\""],
+        read: |t| Ok(Regularisation::BiViscosity { largest_viscosity: t.need(&LARGEST)? }),
     }
 };
 

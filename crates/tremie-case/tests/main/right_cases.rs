@@ -123,12 +123,12 @@ fn every_flow_curve_and_regularisation_can_be_written() {
         ),
         (
             "casson = { yield_stress = \"50 Pa\", plastic_viscosity = \"5 Pa s\" }, \
-             regularisation = { papanastasiou = \"100 s\" }",
+             regularisation = { papanastasiou = { exponent = \"100 s\" } }",
             casson.regularised(papanastasiou).unwrap(),
         ),
         (
             "herschel_bulkley = { yield_stress = \"50 Pa\", consistency = \"20 Pa s^n\", index = 0.5 }, \
-             regularisation = { bi_viscosity = \"1e4 Pa s\" }",
+             regularisation = { bi_viscosity = { largest_viscosity = \"1e4 Pa s\" } }",
             herschel_bulkley.regularised(bi_viscosity).unwrap(),
         ),
     ] {

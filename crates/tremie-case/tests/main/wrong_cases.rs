@@ -121,16 +121,16 @@ const MISTAKES: &[Mistake] = &[
     ),
     mistake(
         BINGHAM,
-        "newtonian = { viscosity = \"1 Pa s\" }\nregularisation = { papanastasiou = \"100 s\" }",
+        "newtonian = { viscosity = \"1 Pa s\" }\nregularisation = { papanastasiou = { exponent = \"100 s\" } }",
         7,
         18,
         "the flow curve has no yield stress",
     ),
     mistake(
         "[material.bingham]",
-        "regularisation = { papanastasiou = \"100 s\", bi_viscosity = \"1e4 Pa s\" }\n[material.bingham]",
+        "regularisation = { papanastasiou = { exponent = \"100 s\" }, bi_viscosity = { largest_viscosity = \"1e4 Pa s\" } }\n[material.bingham]",
         6,
-        60,
+        75,
         "is a second regularisation",
     ),
     mistake(
@@ -138,13 +138,13 @@ const MISTAKES: &[Mistake] = &[
         "regularisation = {}\n[material.bingham]",
         6,
         18,
-        "`material.regularisation.bi_viscosity` is missing",
+        "`material.regularisation` has no regularisation",
     ),
     mistake(
         "[material.bingham]",
-        "regularisation = { bi_viscosity = \"20 Pa s\" }\n[material.bingham]",
+        "regularisation = { bi_viscosity = { largest_viscosity = \"20 Pa s\" } }\n[material.bingham]",
         6,
-        35,
+        57,
         "write more than \"30 Pa s\"",
     ),
     mistake(
