@@ -199,7 +199,7 @@ picture_interval = "1 s"
 
 /// Time in s by which the concrete has long come to rest: it creeps for a multiple of its viscosity over its yield stress.
 fn stop_time(viscosity: f64, yield_stress: f64) -> f64 {
-    (100.0 * viscosity / yield_stress).clamp(60.0, 3600.0).ceil()
+    (200.0 * viscosity / yield_stress).clamp(60.0, 3600.0).ceil()
 }
 
 /// Without the noise in the last digits that computing leaves, and without negative zeros.
