@@ -33,6 +33,7 @@ mod table;
 mod tabulated;
 mod topology;
 mod transport;
+mod values;
 mod view;
 mod wall;
 
