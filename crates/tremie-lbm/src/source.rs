@@ -97,11 +97,13 @@ impl<'a, T: Real> Source<'a, T> {
     /// when those of some more rows have been fetched.
     #[inline(always)]
     pub(crate) fn arriving(&self, beside: &Beside, to: &mut [Lanes<T>; Q]) {
-        if self.mirrors {
-            self.pull_all(beside, |i, flip| usize::from(MIRROR[usize::from(flip & 7)][i]), to);
-        } else {
-            self.pull_all(beside, |i, _| i, to);
-        }
+        if self.mirrors { self.arriving_mirrored(beside, to) } else { self.pull_all(beside, |i, _| i, to) }
+    }
+
+    /// [`Source::arriving`] where rows look into mirrors: few blocks, and not worth a copy in every kernel.
+    #[inline(never)]
+    fn arriving_mirrored(&self, beside: &Beside, to: &mut [Lanes<T>; Q]) {
+        self.pull_all(beside, |i, flip| usize::from(MIRROR[usize::from(flip & 7)][i]), to);
     }
 
     /// Asks for a row of the block that will be worked on after the next, which the work on the next one looks into.

@@ -239,6 +239,18 @@ impl<'a, T: Real> Source<'a, T> {
     }
 }
 
+/// [`rescale`] for a row: few steps do it, and it is not worth a copy in every kernel.
+#[inline(never)]
+fn rescale_row<T: Real, R: Relaxation<Lanes<T>>>(
+    f: &Populations<T>,
+    held: Held<Lanes<T>>,
+    gravity: [Lanes<T>; 3],
+    law: &R,
+    factor: Lanes<T>,
+) -> (Populations<T>, Lanes<T>) {
+    rescale(f, held, gravity, law, factor)
+}
+
 /// Collides a row, writes it back, and notes a cell that is no longer sound. Returns the density.
 #[inline(always)]
 fn collide_row<T: Real, R: Relaxation<Lanes<T>>>(
@@ -254,10 +266,7 @@ fn collide_row<T: Real, R: Relaxation<Lanes<T>>>(
     let gravity = by_axis(|a| Lanes::splat(physics.gravity[a]));
     let (post, density) = match change {
         None => collide(f, held, gravity, &physics.law),
-        Some(factor) => {
-            let factor = Lanes::splat(factor);
-            rescale(f, held, gravity, &physics.law, factor)
-        }
+        Some(factor) => rescale_row(f, held, gravity, &physics.law, Lanes::splat(factor)),
     };
     for (to, post) in back.row_mut(usize::from(row)).iter_mut().zip(post) {
         *to = post;
