@@ -268,8 +268,8 @@ fn collide_row<T: Real, R: Relaxation<Lanes<T>>>(
         None => collide(f, held, gravity, &physics.law),
         Some(factor) => rescale_row(f, held, gravity, &physics.law, Lanes::splat(factor)),
     };
-    for (to, post) in back.row_mut(usize::from(row)).iter_mut().zip(post) {
-        *to = post;
+    for (to, post) in back.row_mut(usize::from(row)).iter_mut().zip(&post) {
+        *to = *post;
     }
     let (low, high) = (T::from_f64(SOUND[0]), T::from_f64(SOUND[1]));
     let mut unsound = 0u8;
