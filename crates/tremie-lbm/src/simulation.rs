@@ -13,6 +13,7 @@ use crate::plan::{Plan, confined_gravity, settings};
 use crate::real::Real;
 use crate::rows::Rows;
 use crate::scaling::{Limits, Scaling};
+use crate::solids::Solids;
 use crate::standing::Braking;
 use crate::stream::Findings;
 use crate::surface::Ledger;
@@ -73,7 +74,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         let scaling = Plan::new(case).scaling;
         let mut new = Self {
             case: case.clone(),
-            grid: Grid::new(topology(case, &scaling)),
+            grid: Grid::new(topology(case, &scaling), Solids::new(case, scaling.cell_size)),
             scaling,
             fluid: fluid(case, &scaling),
             rows: Vec::new(),
@@ -88,7 +89,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         };
         new.grid.fill(case, &new.scaling);
         if !new.stand() {
-            new.grid = Grid::new(topology(case, &new.scaling));
+            new.grid = Grid::new(topology(case, &new.scaling), Solids::new(case, scaling.cell_size));
             new.grid.fill(case, &new.scaling);
             new.rows.clear();
         }
@@ -111,7 +112,9 @@ impl<T: Real> LatticeBoltzmann<T> {
             self.scaling.acceleration(gravity),
             self.scaling.stress(self.case.material.curve.yield_stress()),
         );
-        let Some(braking) = braking.filter(|_| !flows && !self.grid.topology.moving_walls()) else {
+        // A mould holds the fluid: its pressure is the right start.
+        let held = self.grid.topology.moving_walls() || self.grid.solids.any();
+        let Some(braking) = braking.filter(|_| !flows && !held) else {
             return true;
         };
         let held = self.grid.held();
@@ -144,14 +147,26 @@ impl<T: Real> LatticeBoltzmann<T> {
 
     /// Mass of the fluid in kg, to see how well it is kept.
     pub fn mass(&self) -> f64 {
-        (self.grid.total_mass() + self.ledger.waiting) * self.scaling.density * self.scaling.cell_size.powi(3)
+        self.lattice_mass() * self.scaling.density * self.scaling.cell_size.powi(3)
+    }
+
+    /// Mass in cells, with what is on its way.
+    fn lattice_mass(&self) -> f64 {
+        self.grid.total_mass() + self.ledger.waiting + self.ledger.swept
     }
 
     /// Gives back to the interface what rounding took, or takes what it gave.
     fn repay(&mut self) {
-        let missing = self.mass - self.grid.total_mass();
+        let missing = self.mass - (self.grid.total_mass() + self.ledger.swept);
         if missing != 0.0 && self.grid.spread_mass(missing) {
             self.ledger.waiting = 0.0;
+        }
+    }
+
+    /// Once solids and liquid have parted, what the solids still hold is on its way to the interface.
+    fn settle(&mut self) {
+        if self.ledger.swept != 0.0 && !self.grid.solids_touch_liquid() {
+            self.ledger.waiting += std::mem::take(&mut self.ledger.swept);
         }
     }
 
@@ -171,12 +186,20 @@ impl<T: Real> LatticeBoltzmann<T> {
         let (gravity, height) = (gravity.length(), self.grid.height(axis) as f64 * self.scaling.cell_size);
         let look = Look {
             time: self.time,
-            speed: self.grid.common_speed(self.fluid.gravity()),
+            speed: self
+                .grid
+                .common_speed(self.fluid.gravity())
+                .max(self.scaling.velocity(self.solid_speed())),
             hydrostatic_error: self.scaling.hydrostatic_error(gravity, height),
             viscosity: self.scaling.viscosity(self.case.material.curve.plastic_viscosity()),
             fall: (2.0 * height / gravity).sqrt(),
         };
         self.watch.change(&look, self.scaling.velocity_unit(), &limits)
+    }
+
+    /// Largest speed in m/s of solids from now on.
+    fn solid_speed(&self) -> f64 {
+        self.grid.solids.largest_speed(self.time, self.case.stop.time, self.case.domain.max)
     }
 
     /// Takes the new time step into use, once the populations are in its units.
@@ -189,6 +212,7 @@ impl<T: Real> LatticeBoltzmann<T> {
 
     /// Finds rows and surface as the cells are now: the next step needs them, and so does a snapshot.
     fn arrange(&mut self) {
+        self.grid.solids.place(self.time, self.scaling.time_step);
         self.grid.sort_rows(&mut self.rows);
         self.grid.reconstruct(&self.rows, self.fluid.gravity());
     }
@@ -244,10 +268,15 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         if change.is_some() {
             // The fluid is pressed together by another share from now on: it keeps its volume, not its mass, and gets back what
             // it gained or lost of it since pressures changed.
-            let gained = self.grid.volume() - self.volume;
+            let gained = self.grid.volume() + self.ledger.swept - self.volume;
             self.grid.spread_mass(-gained);
-            self.mass = self.grid.total_mass() + self.ledger.waiting;
+            self.mass = self.lattice_mass();
         }
+        for slot in self.grid.slots() {
+            self.ledger.swept += self.findings.get(slot).map_or(0.0, |found| found.exchange.swept);
+        }
+        self.grid.solids.place(self.time, self.scaling.time_step);
+        self.grid.sweep(self.time, &mut self.ledger);
         if self.steps.is_multiple_of(CRUMBS) {
             self.grid.remove_crumbs(&mut self.ledger);
         }
@@ -255,6 +284,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             self.grid.release_dry();
         }
         if self.steps.is_multiple_of(REPAY) {
+            self.settle();
             self.repay();
         }
         self.arrange();
@@ -300,6 +330,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             "mass": self.mass,
             "waiting": self.ledger.waiting,
             "stranded": self.ledger.stranded,
+            "swept": self.ledger.swept,
         });
         let arrays = vec![
             ("places".into(), Array::U32(places)),
@@ -329,12 +360,14 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         let number = |name: &str| state.header[name].as_f64().ok_or_else(|| missing(name));
         let count = |name: &str| state.header[name].as_u64().ok_or_else(|| missing(name));
 
-        let mut grid =
-            Grid::with_layout(self.grid.topology.clone(), places, free).ok_or_else(|| missing("places"))?;
+        let mut grid = Grid::with_layout(self.grid.topology.clone(), self.grid.solids.clone(), places, free)
+            .ok_or_else(|| missing("places"))?;
+        grid.solids.forget_all();
         grid.load(fields, mass, kinds).map_err(missing)?;
         let seen = serde_json::from_value(state.header["speeds"].clone()).map_err(|_| missing("speeds"))?;
         let (time, time_step) = (number("time")?, number("time_step")?);
-        let ledger = Ledger { stranded: count("stranded")?, waiting: number("waiting")? };
+        let ledger =
+            Ledger { stranded: count("stranded")?, waiting: number("waiting")?, swept: number("swept")? };
         (self.steps, self.mass, self.ledger) = (count("steps")?, number("mass")?, ledger);
         (self.time, self.watch) = (time, Watch { seen });
         self.scaling.time_step = time_step;

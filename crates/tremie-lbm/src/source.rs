@@ -5,6 +5,7 @@ use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, MIRROR, Q, each_pair};
 use crate::real::{Number, Real};
 use crate::rows::{Beside, upstream};
+use crate::solids::Solids;
 use crate::topology::{Links, ROWS, Topology};
 
 /// The values of the 27 blocks around and with a block, in one array each; the last five are never asked for.
@@ -17,6 +18,7 @@ const VALUES: usize = (Q + 1) * STRIDE;
 #[derive(Clone, Copy)]
 pub(crate) struct Source<'a, T: Real> {
     pub(crate) topology: &'a Topology,
+    pub(crate) solids: &'a Solids,
     pub(crate) links: &'a Links,
     /// The block's own values.
     pub(crate) own: &'a Field<T>,
@@ -72,12 +74,13 @@ fn pull<T: Real, const N: usize>(
 impl<'a, T: Real> Source<'a, T> {
     pub(crate) fn new(
         topology: &'a Topology,
+        solids: &'a Solids,
         links: &'a Links,
         front: &'a [Box<Field<T>>],
         slot: usize,
     ) -> Self {
         let mirrors = links.steps.iter().flatten().any(|step| step.flip != 0);
-        Self { topology, links, own: &front[slot], near: near(links, front), mirrors }
+        Self { topology, solids, links, own: &front[slot], near: near(links, front), mirrors }
     }
 
     /// The eight values of array `array` for a row, each taken from the cell at -c; populations come mirrored.

@@ -15,8 +15,10 @@
 //! is a choice by a bit, not a branch.
 
 use rayon::prelude::*;
+use tremie_numerics::DVec3;
 
 use crate::collision::{COMPONENT, LEAST_RESISTANCE, Moments, collide, moments, rescale};
+use crate::contact::Exchange;
 use crate::grid::{FILL, Field, Grid, Kinds, SHARE, Shape, VELOCITY};
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, Q, W, each_pair, opposite};
@@ -70,11 +72,20 @@ pub(crate) struct Findings {
     pub(crate) any: bool,
     /// A cell whose density is out of all bounds or not a number.
     pub(crate) broken: Option<usize>,
+    /// What was exchanged with solids.
+    pub(crate) exchange: Exchange,
 }
 
 impl Default for Findings {
     fn default() -> Self {
-        Self { full: [0; ROWS], empty: [0; ROWS], reached: Vec::new(), any: false, broken: None }
+        Self {
+            full: [0; ROWS],
+            empty: [0; ROWS],
+            reached: Vec::new(),
+            any: false,
+            broken: None,
+            exchange: Exchange::default(),
+        }
     }
 }
 
@@ -147,11 +158,13 @@ impl<'a, T: Real> Source<'a, T> {
         &self,
         row: &SurfaceRow,
         physics: &Physics<T, R>,
+        slides: u8,
         passing: &mut Passing<T>,
     ) {
         let first = first_of(row.row);
         for face in 0..FACES.len() {
-            if row.flat[face] == 0 {
+            let flat = row.flat[face] & !slides;
+            if flat == 0 {
                 continue;
             }
             let (axis, normal) = FACES[face];
@@ -171,7 +184,7 @@ impl<'a, T: Real> Source<'a, T> {
                 f[to] + self.own(opposite(to), first) - f[from] - self.own(opposite(from), first)
             };
             let velocity = wall_velocity(&m, stress, [taken(a, b), taken(c, d)], &physics.law);
-            let weight = Lanes::from_f64(1.0 / 6.0).only(row.flat[face]);
+            let weight = Lanes::from_f64(1.0 / 6.0).only(flat);
             let push = [weight * velocity[0], weight * velocity[1]];
             f[a] += push[0];
             f[b] -= push[0];
@@ -201,7 +214,7 @@ impl<'a, T: Real> Source<'a, T> {
         }
     }
 
-    /// A surface row, ready to collide; `mass` is that of the block's interface cells.
+    /// A surface row, ready to collide; `mass` is that of the block's cells, `exchange` what it has to do with solids.
     #[inline(always)]
     fn surface<R: Relaxation<Lanes<T>>>(
         &self,
@@ -209,8 +222,12 @@ impl<'a, T: Real> Source<'a, T> {
         row: &SurfaceRow,
         physics: &Physics<T, R>,
         mass: &mut [f64; CELLS],
+        exchange: &mut Exchange,
     ) -> Passing<T> {
         let first = first_of(row.row);
+        let contacts = if row.any_immersed == 0 { [None; LANES] } else { self.contacts(row, first) };
+        let slides =
+            (0..LANES).fold(0, |bits, k| bits | u8::from(contacts[k].is_some_and(|c| c.slides)) << k);
         let mut passing = Passing {
             f: self.arriving(&row.beside),
             mass: Lanes::INFINITY,
@@ -227,7 +244,7 @@ impl<'a, T: Real> Source<'a, T> {
             passing.mass = Lanes::choose(row.kinds.interface, held, Lanes::INFINITY);
             // What lies on a wall is held by all of the wall that it wets, be it ever so thin.
             for i in 1..=6 {
-                let wall = row.solid[i] & row.kinds.interface;
+                let wall = row.solid[i] & row.kinds.interface & !slides;
                 if wall != 0 {
                     let wets = Lanes::load(&surface.own[SHARE + opposite(i) - 1][first..]);
                     passing.least = Lanes::choose(wall, larger(passing.least, wets), passing.least);
@@ -240,6 +257,9 @@ impl<'a, T: Real> Source<'a, T> {
         if row.any_solid != 0 {
             self.meet_walls(row, &mut passing.f);
         }
+        if row.any_immersed != 0 {
+            self.meet_solids(row, first, &contacts, physics.gravity, &mut passing.f, mass, exchange);
+        }
         let wet = row.kinds.wet();
         if wet != 0xff {
             for f in &mut passing.f {
@@ -247,7 +267,10 @@ impl<'a, T: Real> Source<'a, T> {
             }
         }
         if !physics.law.is_newtonian() {
-            self.yield_at_walls(row, physics, &mut passing);
+            self.yield_at_walls(row, physics, slides, &mut passing);
+        }
+        if row.any_immersed != 0 && !exchange.loads.is_empty() {
+            self.load_solids(row, first, &contacts, &passing.f, &mut exchange.loads);
         }
         passing
     }
@@ -361,7 +384,7 @@ fn step_block<T: Real, R: Relaxation<Lanes<T>>>(
         collide_row(&source.bulk(row), row.row, physics, change, back, findings);
     }
     for row in &rows.surface {
-        let passing = source.surface(surface, row, physics, mass);
+        let passing = source.surface(surface, row, physics, mass, &mut findings.exchange);
         let density = collide_row(&passing, row.row, physics, change, back, findings);
         if row.kinds.interface != 0 {
             judge(row, &passing.gain, density, mass, back, findings);
@@ -437,7 +460,7 @@ impl<T: Real> Grid<T> {
         findings: &mut Vec<Findings>,
     ) {
         findings.resize(self.len(), Findings::default());
-        let Self { topology, links, front, back, shape, mass, .. } = self;
+        let Self { topology, solids, links, front, back, shape, mass, .. } = self;
         (back.par_iter_mut(), mass.par_iter_mut(), findings.par_iter_mut(), rows.par_iter())
             .into_par_iter()
             .enumerate()
@@ -446,8 +469,9 @@ impl<T: Real> Grid<T> {
                 if findings.any {
                     *findings = Findings::default();
                 }
+                findings.exchange.swept = 0.0;
                 if !rows.is_empty() {
-                    let source = Source::new(topology, &links[slot], front, slot);
+                    let source = Source::new(topology, solids, &links[slot], front, slot);
                     let surface = Surroundings::new(&links[slot], shape, slot);
                     step_block_here(&source, &surface, rows, physics, change, back, mass, findings);
                 }
@@ -457,29 +481,31 @@ impl<T: Real> Grid<T> {
 
     /// Finds the shape of the surface, after cells have changed and before the next step.
     pub(crate) fn reconstruct(&mut self, rows: &[Rows], gravity: [T; 3]) {
-        let Self { topology, links, front, shape, .. } = self;
+        let Self { topology, solids, links, front, shape, .. } = self;
         (shape.par_iter_mut(), rows.par_iter()).into_par_iter().enumerate().skip(2).for_each(
             |(slot, (shape, rows))| {
                 if rows.surface.iter().any(|row| row.kinds.interface != 0) {
-                    let source = Source::new(topology, &links[slot], front, slot);
+                    let source = Source::new(topology, solids, &links[slot], front, slot);
                     reconstruct_here(&source, rows, gravity, shape);
                 }
             },
         );
     }
 
-    /// The moments and the relaxation rate of every wet cell of a block, as the next collision will see them.
+    /// The moments and the relaxation rate of every wet cell of a block, as the next collision will see them; gives force and moment on
+    /// each solid.
     pub(crate) fn moments<R: Relaxation<Lanes<T>> + Relaxation<T>>(
         &self,
         slot: usize,
         rows: &Rows,
         physics: &Physics<T, R>,
         mut see: impl FnMut(usize, &Moments<T>, T),
-    ) {
-        let Self { topology, links, front, shape, .. } = self;
-        let source = Source::new(topology, &links[slot], front, slot);
+    ) -> Vec<[DVec3; 2]> {
+        let Self { topology, solids, links, front, shape, .. } = self;
+        let source = Source::new(topology, solids, &links[slot], front, slot);
         let surface = Surroundings::new(&links[slot], shape, slot);
         let mut mass = self.mass[slot].clone();
+        let mut exchange = Exchange { swept: 0.0, loads: vec![[DVec3::ZERO; 2]; solids.count()] };
         let mut show = |passing: &Passing<T>, row: u8, kinds: Kinds| {
             for k in (0..LANES).filter(|k| kinds.wet() >> k & 1 == 1) {
                 let f: [T; Q] = std::array::from_fn(|i| passing.f[i].0[k]);
@@ -491,7 +517,8 @@ impl<T: Real> Grid<T> {
             show(&source.bulk(row), row.row, self.kinds[slot][usize::from(row.row)]);
         }
         for row in &rows.surface {
-            show(&source.surface(&surface, row, physics, &mut mass), row.row, row.kinds);
+            show(&source.surface(&surface, row, physics, &mut mass, &mut exchange), row.row, row.kinds);
         }
+        exchange.loads
     }
 }
