@@ -160,8 +160,15 @@ impl Solids {
         bits
     }
 
-    /// Whether any solid slides.
-    pub(crate) fn any_slides(&self) -> bool {
-        self.bodies.iter().any(|body| body.solid.surface == SolidSurface::FreeSlip)
+    /// For each solid that meets a domain of so many cells, the first cells and the ends of the box around it.
+    pub(crate) fn extents(&self, cells: [usize; 3]) -> Vec<[[usize; 3]; 2]> {
+        let boxed = |body: &Placed| {
+            let (min, max) = body.solid.body.bounds();
+            let place = |p: DVec3, a: usize| (p[a] + body.offset[a] - self.corner[a]) / self.size;
+            let first = [0, 1, 2].map(|a| place(min, a).max(0.0) as usize);
+            let end = [0, 1, 2].map(|a| place(max, a).ceil().clamp(0.0, cells[a] as f64) as usize);
+            (0..3).all(|a| first[a] < end[a]).then_some([first, end])
+        };
+        self.bodies.iter().filter_map(boxed).collect()
     }
 }

@@ -152,7 +152,8 @@ impl<'a> Run<'a> {
         };
         let gauges = Gauges::new(case);
         let latest = gauges.measure(&simulation.snapshot());
-        let columns: Vec<&str> = latest.columns().into_iter().map(|(name, _)| name).collect();
+        let columns = latest.columns();
+        let columns: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
         let time = resumed.as_ref().map(|state| state.time);
         let series = match time {
             Some(time) => Series::resume(&folder.series(), &columns, time)?,
@@ -299,11 +300,12 @@ impl<'a> Run<'a> {
         let readings = self.gauges.measure(&simulation.snapshot());
         let record = self.record(simulation, None);
         let first = self.state.first_volume;
+        let volume = readings.volume;
         Summary {
             end_reason,
             readings,
             t500: self.state.t500.reached(),
-            volume_error: if first > 0.0 { readings.volume / first - 1.0 } else { 0.0 },
+            volume_error: if first > 0.0 { volume / first - 1.0 } else { 0.0 },
             steps: record.steps,
             wall: record.wall_s,
             updates_per_second: record.updates_per_second,
@@ -334,7 +336,7 @@ impl<'a> Run<'a> {
             steps_per_second: rates.steps,
             updates_per_second: rates.updates,
             time_left: (rates.time > 0.0).then(|| left / rates.time),
-            readings: self.latest,
+            readings: self.latest.clone(),
         }
     }
 }
