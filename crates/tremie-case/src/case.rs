@@ -221,6 +221,15 @@ pub struct Output {
 }
 
 impl Case {
+    /// Whether a solid still moves in the domain at a time in s, or has yet to come into it.
+    pub fn solids_move(&self, time: f64) -> bool {
+        self.solids.iter().any(|solid| {
+            let (min, max) = solid.swept(time, self.stop.time.max(time));
+            let meets = min.cmplt(self.domain.max).all() && max.cmpgt(self.domain.min).all();
+            meets && solid.motion.largest_speed(time) > 0.0
+        })
+    }
+
     /// Reads a case from `text`; `name` stands for the file in messages.
     pub fn parse(name: &str, text: &str) -> Result<Self, CaseError> {
         let case = Document::parse(text).and_then(|document| {

@@ -8,11 +8,14 @@
 //! ```
 //!
 //! Where the fluid sticks, v is the solid's velocity u_s. Where it slides, v keeps the solid's velocity along the true normal n of the surface, and
-//! takes that along it for which the wall bears no shear: with the density's part of the populations, the pressure, left out,
+//! takes that along it for which the wall bears no shear: each cell's links bear what a pressure p would, with the part of the populations left out
+//! by which the flow carries itself along,
 //!
 //! ```text
-//!     v.n = u_s.n      sum over links of (2 (f_opposite - w rho) + 6 w rho c.v) c   has no part across n
+//!     v.n = u_s.n      sum over links of (2 (f_opposite - f_carried) + 6 w rho c.v - 2 w p) c   has no part across n
 //! ```
+//!
+//! p is the pressure along n that the same sum asks for; in a fluid at rest the density's, in one that stands by its yield stress not.
 //!
 //! On a flat wall along the lattice that keeps the tangential momentum to rounding, as specular reflection does. On others
 //! the wall is a staircase, and specular reflection would catch the flow at every step: here mass goes into the steps that face the flow and comes
@@ -44,8 +47,10 @@ use crate::topology::CELLS;
 
 /// What keeps the velocity of a sliding wall from directions in which hardly a link points.
 const BLIND: f64 = 0.02;
+/// Least area across the normal, in twice the weights of links, that tells the pressure on a wall.
+const LEAST_FACING: f64 = 0.05;
 /// Share of a store that is put back in a step.
-const RETURNED: f64 = 0.01;
+const RETURNED: f64 = 5e-5;
 
 /// What solids and fluid exchange in a step.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -65,6 +70,7 @@ fn vector(c: [i32; 3]) -> DVec3 {
 
 impl<T: Real> Source<'_, T> {
     /// What the cells of a row beside solids are in contact with.
+    #[inline(never)]
     pub(crate) fn contacts(&self, row: &SurfaceRow, first: usize) -> Contacts {
         std::array::from_fn(|k| {
             let touches = row.any_immersed >> k & 1 == 1;
@@ -123,6 +129,7 @@ impl<T: Real> Source<'_, T> {
     }
 
     /// Adds up forces and moments on the solids; `f` arrive.
+    #[inline(never)]
     pub(crate) fn load_solids(
         &self,
         row: &SurfaceRow,
@@ -134,10 +141,19 @@ impl<T: Real> Source<'_, T> {
         for (k, contact) in contacts.iter().enumerate() {
             let Some(contact) = contact else { continue };
             let at = vector(self.links.coordinates(first + k).map(|n| n as i32)) + 0.5;
-            for i in (1..Q).filter(|i| row.immersed[*i] >> k & 1 == 1) {
+            for i in (1..Q).filter(|i| row.solid[*i] >> k & 1 == 1) {
                 let (arriving, leaving) = (f[i].0[k].to_f64(), self.own[opposite(i)][first + k].to_f64());
                 let c = vector(C[i]);
-                let force = (-c - contact.velocity) * leaving - (c - contact.velocity) * arriving;
+                let force = if row.immersed[i] >> k & 1 == 1 {
+                    (-c - contact.velocity) * leaving - (c - contact.velocity) * arriving
+                } else {
+                    // Into the edge between a solid and a side of the domain: each bears what is across it.
+                    let borne = |a: usize| {
+                        let axis = (1..=6).find(|j| C[*j][a] != 0 && C[*j][a] == C[i][a]);
+                        f64::from(u8::from(axis.is_some_and(|j| row.immersed[j] >> k & 1 == 1)))
+                    };
+                    -c * DVec3::new(borne(0), borne(1), borne(2)) * (leaving + arriving)
+                };
                 let [total, moment] = &mut loads[contact.solid];
                 *total += force;
                 *moment += (at - 0.5 * c).cross(force);
@@ -159,15 +175,21 @@ fn sliding(
     let across = |v: DVec3| v - n * v.dot(n);
     let leaves = interface && (u - contact.velocity).dot(n) > 0.0;
     let start = if leaves { u } else { across(u) + n * contact.velocity.dot(n) };
-    let (mut shear, mut links_in) = (DVec3::ZERO, DMat3::from_diagonal(DVec3::splat(BLIND)));
+    let (mut traction, mut area) = (DVec3::ZERO, DVec3::ZERO);
+    let mut response = DMat3::from_diagonal(DVec3::splat(BLIND));
     for (i, leaving) in links {
         let c = vector(C[i]);
         let weight = 6.0 * W[i] * density;
-        shear += (2.0 * (leaving - W[i] * (density - 1.0)) + weight * c.dot(start)) * c;
+        // Momentum that the flow carries along is no stress.
+        let carried = W[i] * density * (4.5 * c.dot(u).powi(2) - 1.5 * u.length_squared());
+        traction += (2.0 * (leaving - carried) + weight * c.dot(start)) * c;
+        area += 2.0 * W[i] * c;
         let side = across(c);
-        links_in += weight * DMat3::from_cols(side * side.x, side * side.y, side * side.z);
+        response += weight * DMat3::from_cols(side * side.x, side * side.y, side * side.z);
     }
+    let facing = area.dot(n);
+    let pressure = if facing > LEAST_FACING { traction.dot(n) / facing } else { density - 1.0 };
     // What is added to the matrix along the normal changes nothing across it.
-    links_in += DMat3::from_cols(n * n.x, n * n.y, n * n.z);
-    start - across(links_in.inverse() * across(shear))
+    response += DMat3::from_cols(n * n.x, n * n.y, n * n.z);
+    start - across(response.inverse() * across(traction - pressure * area))
 }

@@ -29,6 +29,7 @@ mod simulation;
 mod solids;
 mod source;
 mod standing;
+mod store;
 mod stream;
 mod surface;
 mod sweep;

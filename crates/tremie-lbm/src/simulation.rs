@@ -23,6 +23,8 @@ use crate::topology::{Boundary, CELLS, EDGE, Topology};
 const CRUMBS: u64 = 32;
 const DRY: u64 = 256;
 const REPAY: u64 = 1000;
+/// Share of the mass that solids hold by their motion that is given back whenever crumbs are looked for.
+const SETTLED: f64 = 0.1;
 
 /// A case made ready to run by the lattice Boltzmann method, in the precision that it asks for.
 pub fn simulation(case: &Case) -> Box<dyn Simulation> {
@@ -163,10 +165,15 @@ impl<T: Real> LatticeBoltzmann<T> {
         }
     }
 
-    /// Once solids and liquid have parted, what the solids still hold is on its way to the interface.
+    /// Gives back to the interface some of what solids hold by their motion, and all of it once liquid and solids have parted.
     fn settle(&mut self) {
-        if self.ledger.swept != 0.0 && !self.grid.solids_touch_liquid() {
-            self.ledger.waiting += std::mem::take(&mut self.ledger.swept);
+        if self.ledger.swept == 0.0 {
+            return;
+        }
+        let share = if self.grid.solids_touch_liquid() { SETTLED } else { 1.0 };
+        let mass = share * self.ledger.swept;
+        if self.grid.spread_mass(mass) {
+            self.ledger.swept -= mass;
         }
     }
 
@@ -252,6 +259,9 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
 
     fn advance(&mut self) -> Result<(), Breakdown> {
         let change = self.change_of_step();
+        if self.grid.solids.any_slide() {
+            self.grid.even_stores(&self.rows);
+        }
         self.fluid.step(&mut self.grid, &self.rows, change.map(T::from_f64), &mut self.findings);
         self.time += self.scaling.time_step;
         self.steps += 1;
@@ -279,12 +289,12 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         self.grid.sweep(self.time, &mut self.ledger);
         if self.steps.is_multiple_of(CRUMBS) {
             self.grid.remove_crumbs(&mut self.ledger);
+            self.settle();
         }
         if self.steps.is_multiple_of(DRY) {
             self.grid.release_dry();
         }
         if self.steps.is_multiple_of(REPAY) {
-            self.settle();
             self.repay();
         }
         self.arrange();

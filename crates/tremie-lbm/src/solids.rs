@@ -160,6 +160,11 @@ impl Solids {
         bits
     }
 
+    /// Whether the fluid slides along any.
+    pub(crate) fn any_slide(&self) -> bool {
+        self.bodies.iter().any(|body| body.solid.surface == SolidSurface::FreeSlip)
+    }
+
     /// For each solid that meets a domain of so many cells, the first cells and the ends of the box around it.
     pub(crate) fn extents(&self, cells: [usize; 3]) -> Vec<[[usize; 3]; 2]> {
         let boxed = |body: &Placed| {

@@ -289,10 +289,10 @@ impl<T: Real> Grid<T> {
         }
     }
 
-    /// Releases blocks without fluid whose neighbours have none at the common side either.
+    /// Releases blocks without fluid and without solids, which fluid beside them must go on seeing.
     pub(crate) fn release_dry(&mut self) {
-        let dry: Vec<usize> =
-            self.slots().filter(|slot| self.kinds[*slot].iter().all(|kinds| kinds.wet() == 0)).collect();
+        let bare = |kinds: &Kinds| kinds.wet() | kinds.immersed == 0;
+        let dry: Vec<usize> = self.slots().filter(|slot| self.kinds[*slot].iter().all(bare)).collect();
         for slot in dry {
             self.release(slot);
         }

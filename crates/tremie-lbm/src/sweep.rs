@@ -4,16 +4,17 @@
 //! the liquid beside it, and one that recedes takes mass out, continuously, as much as the volume it sweeps. By the time a wall has come on by a
 //! cell, it has pressed in the mass of a cell, and covers a cell of liquid: that goes. And it has taken out the mass of a cell when it
 //! uncovers one, which is filled. So no pressure jumps, and what the walls hold for the time being ([`Ledger::swept`]) is less than
-//! a cell for each cell of their surface.
+//! a cell for each cell of their surface. Where the surface of the fluid meets them more may gather; it goes back to the interface little by little.
 //!
 //! - An interface cell that is covered leaves its mass to the interface beside it.
-//! - An uncovered cell is liquid if it touches liquid and no air, interface (and empty) if it touches both, and else air.
+//! - An uncovered cell is liquid if it touches liquid and no air, interface if it touches both, and else air. As interface it holds what the
+//!   liquid beside it has paid.
 //!
 //! Blocks exist where a solid reaches into the surroundings of fluid, so that it is seen there.
 
 use crate::collision::density_and_momentum;
 use crate::grid::Grid;
-use crate::lattice::{C, Q};
+use crate::lattice::{Q, W};
 use crate::real::Real;
 use crate::surface::{Cell, Ledger};
 use crate::topology::{AIR, EDGE, ROWS};
@@ -29,10 +30,12 @@ impl<T: Real> Grid<T> {
         if covered.is_empty() && uncovered.is_empty() {
             return;
         }
-        let mut left: Vec<(Cell, f64)> = Vec::new();
+        let (mut left, mut stores): (Vec<(Cell, f64)>, Vec<(Cell, f64)>) = (Vec::new(), Vec::new());
         for &cell in &covered {
             if self.is_liquid(cell) {
-                ledger.swept += self.liquid_mass(cell);
+                let store = self.mass[cell.0][cell.1];
+                ledger.swept += self.liquid_mass(cell) - store;
+                stores.push((cell, store));
             } else if self.is_interface(cell) {
                 left.push((cell, self.mass[cell.0][cell.1]));
             }
@@ -42,6 +45,19 @@ impl<T: Real> Grid<T> {
         self.uncover(&uncovered, ledger);
         for (cell, mass) in left {
             self.hand_out(cell, mass, ledger);
+        }
+        // Liquid that has left the wall.
+        let mut parted: Vec<Cell> =
+            uncovered.iter().flat_map(|cell| self.around(*cell).map(|(beside, _)| beside)).collect();
+        parted.sort_unstable();
+        parted.dedup();
+        for cell in parted {
+            if self.is_liquid(cell) && self.mass[cell.0][cell.1] != 0.0 && !self.touches_solid(cell) {
+                stores.push((cell, std::mem::take(&mut self.mass[cell.0][cell.1])));
+            }
+        }
+        for (cell, store) in stores {
+            self.leave_store(cell, store, ledger);
         }
     }
 
@@ -136,6 +152,7 @@ impl<T: Real> Grid<T> {
             cells.iter().map(|cell| grid.mean_equilibrium(*cell)).collect()
         };
         let (full, empty) = (fresh(self, &liquid), fresh(self, &interface));
+        let shares: Vec<f64> = interface.iter().map(|cell| self.paid(*cell)).collect();
         for &cell in uncovered {
             self.set_solid(cell, false);
         }
@@ -144,9 +161,10 @@ impl<T: Real> Grid<T> {
             self.set_kind(*cell, true, false);
             ledger.swept -= 1.0 + density_and_momentum(f).0;
         }
-        for (cell, f) in interface.iter().zip(&empty) {
+        for ((cell, f), share) in interface.iter().zip(&empty).zip(shares) {
             self.set_populations(*cell, f);
-            self.set_interface(*cell, 0.0, T::ZERO);
+            self.set_interface(*cell, share, T::from_f64(share));
+            ledger.swept -= share;
         }
         // Liquid never touches air.
         for &(slot, cell) in &liquid {
@@ -166,16 +184,24 @@ impl<T: Real> Grid<T> {
         }
     }
 
+    /// Share of the links into an uncovered cell through which liquid has paid for it.
+    fn paid(&self, cell: Cell) -> f64 {
+        let (mut liquid, mut all) = (0.0, 0.0);
+        for (i, (beside, _)) in (1..Q).zip(self.around(cell)) {
+            if self.is_liquid(beside) {
+                liquid += W[i];
+            }
+            if self.is_liquid(beside) || self.is_interface(beside) || self.is_air(beside) {
+                all += W[i];
+            }
+        }
+        liquid / all
+    }
+
     /// Whether liquid touches a solid.
     pub(crate) fn solids_touch_liquid(&self) -> bool {
         self.slots().any(|slot| {
-            (0..ROWS * EDGE).any(|cell| {
-                self.is_liquid((slot, cell))
-                    && (1..Q).any(|i| {
-                        let (beside, at, _) = self.links[slot].cell(cell, C[i]);
-                        self.kinds[beside as usize][at / EDGE].immersed >> (at % EDGE) & 1 == 1
-                    })
-            })
+            (0..ROWS * EDGE).any(|cell| self.is_liquid((slot, cell)) && self.touches_solid((slot, cell)))
         })
     }
 }

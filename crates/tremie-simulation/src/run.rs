@@ -261,7 +261,9 @@ impl<'a> Run<'a> {
 
     /// Whether the run has come to its end.
     fn end(&self, simulation: &dyn Simulation) -> Option<EndReason> {
-        if self.case.stop.rest.as_ref().is_some_and(|rest| self.state.rest.reached(rest)) {
+        // While a mould is on its way, a fluid at rest in it has not come to its rest.
+        let moved = !self.case.solids_move(simulation.time());
+        if moved && self.case.stop.rest.as_ref().is_some_and(|rest| self.state.rest.reached(rest)) {
             Some(EndReason::Rest)
         } else if schedule::reached(simulation.time(), self.case.stop.time) {
             Some(EndReason::Time)

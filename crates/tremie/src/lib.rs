@@ -10,6 +10,7 @@
 mod check;
 mod cli;
 mod failure;
+mod gaps;
 mod interrupt;
 mod lab;
 mod numbers;
