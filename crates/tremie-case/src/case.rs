@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use tremie_geometry::Shape;
+use tremie_geometry::{Body, Motion, Shape};
 use tremie_numerics::{DVec2, DVec3};
 use tremie_rheology::FlowCurve;
 
@@ -22,6 +22,8 @@ pub struct Case {
     /// Where the fluid is at the start; at least one region. Regions may overlap each other and reach beyond the
     /// domain, outside of which they count for nothing.
     pub fluid: Vec<FluidRegion>,
+    /// What stands or moves in the domain. Solids may overlap each other and reach beyond the domain.
+    pub solids: Vec<Solid>,
     /// How the flow is computed.
     pub method: Method,
     /// When the run ends.
@@ -89,6 +91,40 @@ pub struct FluidRegion {
     pub shape: Shape,
     /// How it moves, in m/s.
     pub velocity: DVec3,
+}
+
+/// A rigid body that goes its prescribed way, whatever the fluid does.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solid {
+    /// Where it is drawn.
+    pub body: Body,
+    /// Where it is at a time, from there.
+    pub motion: Motion,
+    /// What its surface does to the fluid.
+    pub surface: SolidSurface,
+}
+
+impl Solid {
+    /// Smallest axis-parallel box around all places of the solid from the time `start` to the time `end` in s, as its two corners in m.
+    pub fn swept(&self, start: f64, end: f64) -> (DVec3, DVec3) {
+        let (min, max) = self.body.bounds();
+        let (mut low, mut high) = (self.motion.offset(start), self.motion.offset(start));
+        let mut visit = |offset: DVec3| (low, high) = (low.min(offset), high.max(offset));
+        visit(self.motion.offset(end));
+        if let Motion::Path(points) = &self.motion {
+            points.iter().filter(|point| (start..=end).contains(&point.time)).for_each(|p| visit(p.offset));
+        }
+        (min + low, max + high)
+    }
+}
+
+/// What the surface of a solid does to the fluid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SolidSurface {
+    /// The fluid sticks to it.
+    NoSlip,
+    /// The fluid slides along it without friction.
+    FreeSlip,
 }
 
 /// Numerical method and its settings.
@@ -185,6 +221,15 @@ pub struct Output {
 }
 
 impl Case {
+    /// Whether a solid still moves in the domain at a time in s, or has yet to come into it.
+    pub fn solids_move(&self, time: f64) -> bool {
+        self.solids.iter().any(|solid| {
+            let (min, max) = solid.swept(time, self.stop.time.max(time));
+            let meets = min.cmplt(self.domain.max).all() && max.cmpgt(self.domain.min).all();
+            meets && solid.motion.largest_speed(time) > 0.0
+        })
+    }
+
     /// Reads a case from `text`; `name` stands for the file in messages.
     pub fn parse(name: &str, text: &str) -> Result<Self, CaseError> {
         let case = Document::parse(text).and_then(|document| {

@@ -1,10 +1,10 @@
 //! What is wrong with a case only in combination: every value is fine by itself, but they contradict each other.
 
-use tremie_geometry::Shape;
+use tremie_geometry::{Body, Motion, Shape};
 use tremie_numerics::DVec3;
 use tremie_rheology::{FlowCurve, Regularisation};
 
-use crate::case::{Case, Domain, Lbm, Method, Side};
+use crate::case::{Case, Domain, FluidRegion, Lbm, Method, Side, Solid};
 use crate::document::Document;
 use crate::fault::Fault;
 use crate::schema::SIDE_KEYS;
@@ -26,7 +26,10 @@ pub(crate) fn check(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
         Method::Lbm(lbm) => cells(&case.domain, lbm, document)?,
     }
     for (index, region) in case.fluid.iter().enumerate() {
-        shape(&region.shape, &format!("fluid.{index}"), &case.domain, document)?;
+        fluid(region, &format!("fluid.{index}"), &case.domain, document)?;
+    }
+    for (index, solid) in case.solids.iter().enumerate() {
+        self::solid(solid, &format!("solid.{index}"), case, document)?;
     }
     gauges(case, document)
 }
@@ -156,32 +159,25 @@ fn tidy(number: f64) -> f64 {
     format!("{number:.11e}").parse().unwrap_or(number) + 0.0
 }
 
-/// A shape has a volume, and meets the domain.
-fn shape(shape: &Shape, path: &str, domain: &Domain, document: &Document<'_>) -> Result<(), Fault> {
-    match *shape {
-        Shape::Box { min, max } => corners(min, max, &format!("{path}.box"), document)?,
-        Shape::Cone { base_radius: 0.0, top_radius: 0.0, .. } => {
-            let span = document.locate(&format!("{path}.cone.base_diameter"));
-            let top = document.find(&format!("{path}.cone.top_diameter"));
-            return Err(Fault::new(span, "both diameters of the cone are zero", "write \"200 mm\", say")
-                .related(top, "zero too"));
-        }
-        Shape::Cylinder { axis: DVec3::ZERO, .. } => {
-            let span = document.locate(&format!("{path}.cylinder.axis"));
-            return Err(Fault::new(
-                span,
-                "the axis of the cylinder has no direction",
-                "write [0, 0, 1], say",
-            ));
-        }
-        _ => {}
-    }
-    let (min, max) = shape.bounds();
+/// A region of fluid meets the domain.
+fn fluid(region: &FluidRegion, path: &str, domain: &Domain, document: &Document<'_>) -> Result<(), Fault> {
+    shape(&region.shape, path, document)?;
+    meets(region.shape.bounds(), domain, "this fluid lies outside the domain", path, document)
+}
+
+/// A box between two corners meets the domain.
+fn meets(
+    (min, max): (DVec3, DVec3),
+    domain: &Domain,
+    problem: &str,
+    path: &str,
+    document: &Document<'_>,
+) -> Result<(), Fault> {
     for (axis, name) in AXES.iter().enumerate() {
         if max[axis] <= domain.min[axis] || min[axis] >= domain.max[axis] {
             return Err(Fault::new(
                 document.locate(path),
-                "this fluid lies outside the domain",
+                problem,
                 format!("{name} from {} m to {} m", tidy(min[axis]), tidy(max[axis])),
             )
             .related(
@@ -191,6 +187,103 @@ fn shape(shape: &Shape, path: &str, domain: &Domain, document: &Document<'_>) ->
         }
     }
     Ok(())
+}
+
+/// Name of a shape in the case file.
+fn key(shape: &Shape) -> &'static str {
+    match shape {
+        Shape::Box { .. } => "box",
+        Shape::Sphere { .. } => "sphere",
+        Shape::Cone { .. } => "cone",
+        Shape::Cylinder { .. } => "cylinder",
+        Shape::Capsule { .. } => "capsule",
+        Shape::HalfSpace { .. } => "plane",
+        Shape::ConeShell { .. } => "cone_shell",
+    }
+}
+
+/// A shape has a volume.
+fn shape(shape: &Shape, path: &str, document: &Document<'_>) -> Result<(), Fault> {
+    let within = |name: &str| format!("{path}.{}.{name}", key(shape));
+    match *shape {
+        Shape::Box { min, max } => corners(min, max, &format!("{path}.box"), document),
+        Shape::Cone { base_radius: 0.0, top_radius: 0.0, .. }
+        | Shape::ConeShell { base_radius: 0.0, top_radius: 0.0, .. } => {
+            let span = document.locate(&within("base_diameter"));
+            let top = document.find(&within("top_diameter"));
+            Err(Fault::new(span, "both diameters of the cone are zero", "write \"200 mm\", say")
+                .related(top, "zero too"))
+        }
+        Shape::Cylinder { axis: DVec3::ZERO, .. } => Err(Fault::new(
+            document.locate(&within("axis")),
+            "the axis of the cylinder has no direction",
+            "write [0, 0, 1], say",
+        )),
+        Shape::HalfSpace { normal: DVec3::ZERO, .. } => Err(Fault::new(
+            document.locate(&within("normal")),
+            "the normal of the plane has no direction",
+            "write [0, 0, 1], say",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// A solid is thick enough for the cells, moves forwards in time, and meets the domain.
+fn solid(solid: &Solid, path: &str, case: &Case, document: &Document<'_>) -> Result<(), Fault> {
+    parts(&solid.body, path, case, document)?;
+    if let Motion::Path(points) = &solid.motion {
+        for (n, ends) in points.windows(2).enumerate() {
+            if ends[1].time <= ends[0].time {
+                let time = |n: usize| format!("{path}.motion.path.points.{n}.time");
+                return Err(Fault::new(
+                    document.locate(&time(n + 1)),
+                    "the motion does not go forwards in time",
+                    format!("write more than \"{} s\"", ends[0].time),
+                )
+                .related(document.find(&time(n)), "the point before"));
+            }
+        }
+    }
+    let problem = "this solid lies outside the domain from the start to the end of the run";
+    meets(solid.swept(0.0, case.stop.time), &case.domain, problem, path, document)
+}
+
+/// All shapes of a body have a volume, and are not thinner than a cell.
+fn parts(body: &Body, path: &str, case: &Case, document: &Document<'_>) -> Result<(), Fault> {
+    match body {
+        Body::Shape(one) => {
+            shape(one, path, document)?;
+            let Method::Lbm(lbm) = &case.method;
+            if one.thickness() >= lbm.cell_size * (1.0 - CELL_TOLERANCE) {
+                return Ok(());
+            }
+            let what = match one {
+                Shape::ConeShell { .. } => format!("{path}.cone_shell.thickness"),
+                Shape::Sphere { .. } | Shape::Cylinder { .. } | Shape::Capsule { .. } => {
+                    format!("{path}.{}.diameter", key(one))
+                }
+                _ => format!("{path}.{}", key(one)),
+            };
+            Err(Fault::new(
+                document.locate(&what),
+                format!("the cells are too large to see this: it is {} m thick", tidy(one.thickness())),
+                format!("write \"{} m\" at least (better twice that), or smaller cells", tidy(lbm.cell_size)),
+            )
+            .related(document.find("lbm.cell_size"), "the cell size"))
+        }
+        Body::Union(bodies) => bodies
+            .iter()
+            .enumerate()
+            .try_for_each(|(n, body)| parts(body, &format!("{path}.union.of.{n}"), case, document)),
+        Body::Difference(bodies) => {
+            let [from, without] = &**bodies;
+            parts(from, &format!("{path}.difference.from"), case, document)?;
+            let Body::Union(cut) = without else { return Ok(()) };
+            cut.iter().enumerate().try_for_each(|(n, body)| {
+                parts(body, &format!("{path}.difference.without.{n}"), case, document)
+            })
+        }
+    }
 }
 
 /// What is measured is inside the domain, and what the stop rule asks for is measured.

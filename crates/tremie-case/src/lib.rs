@@ -19,8 +19,8 @@ mod suggestion;
 pub mod units;
 
 pub use case::{
-    Case, Domain, FluidRegion, Gauges, Lbm, Material, Method, Output, Precision, Rest, Side, SpreadGauge,
-    Stepping, Stop,
+    Case, Domain, FluidRegion, Gauges, Lbm, Material, Method, Output, Precision, Rest, Side, Solid,
+    SolidSurface, SpreadGauge, Stepping, Stop,
 };
 pub use fault::{CaseError, InvalidCase};
 

@@ -6,13 +6,13 @@
 
 use serde_json::{Map, Value as Json, json};
 use toml::de::DeValue;
-use tremie_geometry::Shape;
+use tremie_geometry::{Body, Motion, Shape, Waypoint};
 use tremie_numerics::{DVec2, DVec3};
 use tremie_rheology::{FlowCurve, Regularisation};
 
 use crate::case::{
-    Case, Domain, FluidRegion, Gauges, Lbm, Material, Method, Output, Precision, Rest, Side, SpreadGauge,
-    Stepping, Stop,
+    Case, Domain, FluidRegion, Gauges, Lbm, Material, Method, Output, Precision, Rest, Side, Solid,
+    SolidSurface, SpreadGauge, Stepping, Stop,
 };
 use crate::describe::object;
 use crate::document::{
@@ -59,11 +59,23 @@ const CASE: Section<Case> = {
         need("domain", "the box in which the fluid flows, a whole number of cells along each axis", DOMAIN);
     const FLUID_KEY: Need<List<Section<FluidRegion>>> =
         need("fluid", "where fluid is at the start: one or more regions, which may overlap", List(FLUID));
+    const SOLID_KEY: Maybe<List<Section<Solid>>> =
+        maybe("solid", "what stands or moves in the domain; solids may overlap", List(SOLID));
     const GAUGES_KEY: Need<Section<Gauges>> = need("gauges", "what is measured", GAUGES);
     const STOP_KEY: Need<Section<Stop>> = need("stop", "when the run ends", STOP);
     const OUTPUT_KEY: Or<Section<Output>> = or("output", "{}", "what is written", OUTPUT);
     Section {
-        keys: &[&TITLE, &METHOD, &MATERIAL_KEY, &DOMAIN_KEY, &FLUID_KEY, &GAUGES_KEY, &STOP_KEY, &OUTPUT_KEY],
+        keys: &[
+            &TITLE,
+            &METHOD,
+            &MATERIAL_KEY,
+            &DOMAIN_KEY,
+            &FLUID_KEY,
+            &SOLID_KEY,
+            &GAUGES_KEY,
+            &STOP_KEY,
+            &OUTPUT_KEY,
+        ],
         example: &[],
         read: |t| {
             Ok(Case {
@@ -72,6 +84,7 @@ const CASE: Section<Case> = {
                 material: t.need(&MATERIAL_KEY)?,
                 domain: t.need(&DOMAIN_KEY)?,
                 fluid: t.need(&FLUID_KEY)?,
+                solids: t.maybe(&SOLID_KEY)?.unwrap_or_default(),
                 gauges: t.need(&GAUGES_KEY)?,
                 stop: t.need(&STOP_KEY)?,
                 output: t.or(&OUTPUT_KEY)?,
@@ -485,6 +498,213 @@ const CYLINDER: Section<Shape> = {
                 radius: 0.5 * t.need(&DIAMETER)?,
             })
         },
+    }
+};
+
+const CAPSULE: Section<Shape> = {
+    const START: Need<Vector<3>> = need("start", "centre of one round end", POINT);
+    const END: Need<Vector<3>> = need("end", "centre of the other", POINT);
+    Section {
+        keys: &[&START, &END, &DIAMETER],
+        example: &[
+            "start = [\"0.2 m\", \"0.2 m\", \"0.1 m\"]",
+            "end = [\"0.2 m\", \"0.2 m\", \"0.3 m\"]",
+            "diameter = \"50 mm\"",
+        ],
+        read: |t| {
+            Ok(Shape::Capsule {
+                start: t.need(&START)?.into(),
+                end: t.need(&END)?.into(),
+                radius: 0.5 * t.need(&DIAMETER)?,
+            })
+        },
+    }
+};
+
+const PLANE: Section<Shape> = {
+    const ON_PLANE: Need<Vector<3>> = need("point", "a point of the plane", POINT);
+    const NORMAL: Need<Vector<3>> = need(
+        "normal",
+        "direction out of the solid, across the plane",
+        Vector(quantity(Dimension::NUMBER, Bound::Any, "1")),
+    );
+    Section {
+        keys: &[&ON_PLANE, &NORMAL],
+        example: &["point = [\"0 m\", \"0 m\", \"0 m\"]", "normal = [-1, 0, 5]"],
+        read: |t| {
+            Ok(Shape::HalfSpace {
+                point: t.need(&ON_PLANE)?.into(),
+                // Zero where there is no direction, which `check` refuses.
+                normal: DVec3::from(t.need(&NORMAL)?).normalize_or_zero(),
+            })
+        },
+    }
+};
+
+const CONE_SHELL: Section<Shape> = {
+    const BASE: Need<Vector<3>> = need("base", "centre of the lower end", POINT);
+    const BASE_DIAMETER: Need<Quantity> =
+        need("base_diameter", "inner diameter of the lower end", LENGTH_OR_ZERO);
+    const TOP_DIAMETER: Need<Quantity> =
+        need("top_diameter", "inner diameter of the upper end", LENGTH_OR_ZERO);
+    const HEIGHT: Need<Quantity> = need("height", "height", LENGTH);
+    const THICKNESS: Need<Quantity> = need("thickness", "thickness of the wall, outwards", LENGTH);
+    Section {
+        keys: &[&BASE, &BASE_DIAMETER, &TOP_DIAMETER, &HEIGHT, &THICKNESS],
+        example: &[
+            "base = [\"0 m\", \"0 m\", \"0 m\"]",
+            "base_diameter = \"200 mm\"",
+            "top_diameter = \"100 mm\"",
+            "height = \"300 mm\"",
+            "thickness = \"10 mm\"",
+        ],
+        read: |t| {
+            Ok(Shape::ConeShell {
+                base: t.need(&BASE)?.into(),
+                base_radius: 0.5 * t.need(&BASE_DIAMETER)?,
+                top_radius: 0.5 * t.need(&TOP_DIAMETER)?,
+                height: t.need(&HEIGHT)?,
+                thickness: t.need(&THICKNESS)?,
+            })
+        },
+    }
+};
+
+/// A section for a shape as one for a body.
+macro_rules! body {
+    ($shape:ident) => {
+        Section { keys: $shape.keys, example: $shape.example, read: |t| Ok(Body::Shape(($shape.read)(t)?)) }
+    };
+}
+
+/// The shapes of solids, and further ones.
+macro_rules! solid_shapes {
+    ($($more:expr),*) => {
+        &[
+            ("box", "shape: a box with edges along the axes", body!(BOX)),
+            ("sphere", "shape: a sphere", body!(SPHERE)),
+            ("cone", "shape: an upright cone, or a frustum of one", body!(CONE)),
+            ("cylinder", "shape: a cylinder without ends", body!(CYLINDER)),
+            ("capsule", "shape: a cylinder with round ends", body!(CAPSULE)),
+            ("plane", "shape: all that lies behind a plane", body!(PLANE)),
+            ("cone_shell", "shape: the wall of an upright conical mould, open at both ends", body!(CONE_SHELL)),
+            $($more),*
+        ]
+    };
+}
+
+const SOLID: Section<Solid> = {
+    const MOTION_KEY: Maybe<Section<Motion>> =
+        maybe("motion", "how it moves; it rests if this is absent", MOTIONS);
+    const SURFACE: Maybe<Choice<SolidSurface>> = maybe(
+        "surface",
+        "what its surface does to the fluid; free_slip for a cone_shell if absent, no_slip for all others",
+        Choice(&[
+            ("no_slip", "the fluid sticks to it", SolidSurface::NoSlip),
+            ("free_slip", "the fluid slides along it without friction", SolidSurface::FreeSlip),
+        ]),
+    );
+    Section {
+        keys: &[&SOLID_SHAPES, &MOTION_KEY, &SURFACE],
+        example: &["box = { min = [\"0.2 m\", \"0 m\", \"0 m\"], max = [\"0.22 m\", \"0.1 m\", \"0.3 m\"] }"],
+        read: |t| {
+            let body = t.one_of(&SOLID_SHAPES)?;
+            // To a mould that is lifted concrete must not stick: it would carry off several per cent as a film.
+            let usual = match &body {
+                Body::Shape(Shape::ConeShell { .. }) => SolidSurface::FreeSlip,
+                _ => SolidSurface::NoSlip,
+            };
+            let surface = t.maybe(&SURFACE)?.map_or(usual, |(.., surface)| *surface);
+            Ok(Solid { body, motion: t.maybe(&MOTION_KEY)?.unwrap_or(Motion::REST), surface })
+        },
+    }
+};
+
+const SOLID_SHAPES: Variants<Body> = Variants {
+    what: "shape",
+    sections: solid_shapes!(
+        ("difference", "shape: one from which others are cut", DIFFERENCE),
+        ("union", "shape: several as one", UNION)
+    ),
+};
+
+const PART: Section<Body> = {
+    const SHAPES: Variants<Body> = Variants { what: "shape", sections: solid_shapes!() };
+    Section {
+        keys: &[&SHAPES],
+        example: &[
+            "cylinder = { point = [\"0.2 m\", \"0 m\", \"0 m\"], axis = [0, 1, 0], diameter = \"100 mm\" }",
+        ],
+        read: |t| t.one_of(&SHAPES),
+    }
+};
+
+const UNION: Section<Body> = {
+    const PARTS: Need<List<Section<Body>>> = need("of", "the shapes", List(PART));
+    Section {
+        keys: &[&PARTS],
+        example: &["of = [{ sphere = { centre = [\"0 m\", \"0 m\", \"0 m\"], diameter = \"100 mm\" } }]"],
+        read: |t| Ok(Body::Union(t.need(&PARTS)?)),
+    }
+};
+
+const DIFFERENCE: Section<Body> = {
+    const FROM: Need<Section<Body>> = need("from", "the shape that is cut", PART);
+    const WITHOUT: Need<List<Section<Body>>> = need("without", "the shapes that are cut from it", List(PART));
+    Section {
+        keys: &[&FROM, &WITHOUT],
+        example: &[
+            "from = { box = { min = [\"0.2 m\", \"0 m\", \"0 m\"], max = [\"0.22 m\", \"0.1 m\", \"0.3 m\"] } }",
+            "without = [{ sphere = { centre = [\"0.21 m\", \"0.05 m\", \"0.1 m\"], diameter = \"50 mm\" } }]",
+        ],
+        read: |t| {
+            let without = Body::Union(t.need(&WITHOUT)?);
+            Ok(Body::Difference(Box::new([t.need(&FROM)?, without])))
+        },
+    }
+};
+
+const MOTIONS: Section<Motion> = Section {
+    keys: &[&MOTION_KINDS],
+    example: &["velocity = [\"0 m/s\", \"0 m/s\", \"0.15 m/s\"]"],
+    read: |t| t.one_of(&MOTION_KINDS),
+};
+
+const MOTION_KINDS: Variants<Motion> = Variants {
+    what: "motion",
+    sections: &[
+        ("uniform", "motion: always with the same velocity", UNIFORM),
+        ("path", "motion: straight from point to point, at rest before the first and after the last", PATH),
+    ],
+};
+
+const UNIFORM: Section<Motion> = {
+    const VELOCITY: Need<Vector<3>> = need("velocity", "the velocity, from the start on", MOTION);
+    Section {
+        keys: &[&VELOCITY],
+        example: &["velocity = [\"0 m/s\", \"0 m/s\", \"0.15 m/s\"]"],
+        read: |t| Ok(Motion::Uniform(t.need(&VELOCITY)?.into())),
+    }
+};
+
+const PATH: Section<Motion> = {
+    const POINTS: Need<List<Section<Waypoint>>> =
+        need("points", "the points, in the order of time", List(WAYPOINT));
+    Section {
+        keys: &[&POINTS],
+        example: &["points = [{ time = \"1 s\", offset = [\"0 m\", \"0 m\", \"0.3 m\"] }]"],
+        read: |t| Ok(Motion::Path(t.need(&POINTS)?)),
+    }
+};
+
+const WAYPOINT: Section<Waypoint> = {
+    const AT: Need<Quantity> =
+        need("time", "simulated time", quantity(Dimension::TIME, Bound::NotNegative, "1 s"));
+    const OFFSET: Need<Vector<3>> = need("offset", "way from where the solid is drawn", POINT);
+    Section {
+        keys: &[&AT, &OFFSET],
+        example: &["time = \"1 s\"", "offset = [\"0 m\", \"0 m\", \"0.3 m\"]"],
+        read: |t| Ok(Waypoint { time: t.need(&AT)?, offset: t.need(&OFFSET)?.into() }),
     }
 };
 

@@ -2,6 +2,7 @@
 //!
 //! Which law it is is asked once a step, not in each cell: the kernels are compiled for each.
 
+use tremie_numerics::DVec3;
 use tremie_rheology::FlowCurve;
 
 use crate::collision::Moments;
@@ -65,7 +66,7 @@ impl<T: Real> Fluid<T> {
         slot: usize,
         rows: &Rows,
         see: impl FnMut(usize, &Moments<T>, T),
-    ) {
+    ) -> Vec<[DVec3; 2]> {
         match self {
             Self::Bingham(physics) => grid.moments(slot, rows, physics, see),
             Self::Tabulated(physics) => grid.moments(slot, rows, physics, see),

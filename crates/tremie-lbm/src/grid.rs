@@ -5,6 +5,7 @@
 
 use crate::lattice::{C, Q};
 use crate::real::Real;
+use crate::solids::Solids;
 use crate::topology::{AIR, CELLS, EDGE, Links, OUTSIDE, ROWS, Topology};
 use crate::values::Values;
 
@@ -18,6 +19,8 @@ pub(crate) struct Kinds {
     pub(crate) interface: u8,
     /// Wall, or beyond the domain.
     pub(crate) solid: u8,
+    /// Those of them that lie in the domain: parts of solids.
+    pub(crate) immersed: u8,
 }
 
 impl std::ops::BitOr for Kinds {
@@ -28,6 +31,7 @@ impl std::ops::BitOr for Kinds {
             liquid: self.liquid | other.liquid,
             interface: self.interface | other.interface,
             solid: self.solid | other.solid,
+            immersed: self.immersed | other.immersed,
         }
     }
 }
@@ -42,7 +46,12 @@ impl Kinds {
     /// The same change made to the bits of all kinds.
     #[inline(always)]
     pub(crate) fn map(self, change: impl Fn(u8) -> u8) -> Self {
-        Self { liquid: change(self.liquid), interface: change(self.interface), solid: change(self.solid) }
+        Self {
+            liquid: change(self.liquid),
+            interface: change(self.interface),
+            solid: change(self.solid),
+            immersed: change(self.immersed),
+        }
     }
 
     /// Cells of air.
@@ -71,6 +80,8 @@ pub(crate) const SHARE: usize = 3;
 pub(crate) struct Grid<T: Real> {
     /// Size and sides.
     pub(crate) topology: Topology,
+    /// What stands or moves in it.
+    pub(crate) solids: Solids,
     /// Slot of each block by its number, `AIR` where none is allocated.
     slot_of: Vec<u32>,
     /// Whether a slot holds a block.
@@ -87,7 +98,7 @@ pub(crate) struct Grid<T: Real> {
     pub(crate) back: Vec<Box<Field<T>>>,
     /// Shape of the surface as the next step sees it.
     pub(crate) shape: Vec<Box<Shape<T>>>,
-    /// Mass of interface cells.
+    /// Mass of interface cells; in liquid cells at sliding walls, their store (module `contact`).
     pub(crate) mass: Vec<Box<[f64; CELLS]>>,
     /// Blocks whose surroundings changed since their rows were last sorted into bulk and surface.
     pub(crate) stale: Vec<bool>,
@@ -96,10 +107,11 @@ pub(crate) struct Grid<T: Real> {
 }
 
 impl<T: Real> Grid<T> {
-    pub(crate) fn new(topology: Topology) -> Self {
+    pub(crate) fn new(topology: Topology, solids: Solids) -> Self {
         let blocks = topology.blocks.iter().product();
         let mut grid = Self {
             topology,
+            solids,
             slot_of: vec![AIR; blocks],
             used: Vec::new(),
             free: Vec::new(),
@@ -178,6 +190,7 @@ impl<T: Real> Grid<T> {
         self.links[slot].steps = [0, 1, 2].map(|a| self.topology.steps(place[a], a));
         self.links[slot].last = last[0] as u8;
         self.links[slot].place = place.map(|p| p as u32);
+        self.solids.forget(slot);
         self.link(slot);
     }
 
@@ -232,8 +245,13 @@ impl<T: Real> Grid<T> {
     }
 
     /// An empty grid with its blocks in the same slots as saved by [`Grid::layout`]; `None` if these are impossible.
-    pub(crate) fn with_layout(topology: Topology, places: &[u32], free: &[u32]) -> Option<Self> {
-        let mut grid = Self::new(topology);
+    pub(crate) fn with_layout(
+        topology: Topology,
+        solids: Solids,
+        places: &[u32],
+        free: &[u32],
+    ) -> Option<Self> {
+        let mut grid = Self::new(topology, solids);
         for place in places.chunks_exact(3) {
             let slot = grid.push() as usize;
             if place == [u32::MAX; 3] {

@@ -1,6 +1,7 @@
 //! The first state: which cells hold fluid, at which pressure, how fast.
 
 use tremie_case::Case;
+use tremie_geometry::share;
 use tremie_numerics::DVec3;
 
 use crate::collision::equilibrium;
@@ -18,6 +19,7 @@ impl<T: Real> Grid<T> {
     /// Puts the fluid of a case into an empty grid.
     pub(crate) fn fill(&mut self, case: &Case, scaling: &Scaling) {
         self.fill_blocks(case, scaling.cell_size);
+        self.place_solids();
         let slots: Vec<usize> = self.slots().collect();
         for &slot in &slots {
             self.classify(slot);
@@ -47,7 +49,9 @@ impl<T: Real> Grid<T> {
                 for i in 0..Q {
                     self.front[slot][(i, cell)] = f[i];
                 }
-                self.mass[slot][cell] = fill * (1.0 + excess);
+                if kinds.interface & bit != 0 {
+                    self.mass[slot][cell] = fill * (1.0 + excess);
+                }
             }
         }
     }
@@ -69,7 +73,7 @@ impl<T: Real> Grid<T> {
                 let at = [0, 1, 2].map(|a| place[a] * EDGE + at[a]);
                 if (0..3).all(|a| at[a] < self.topology.cells[a]) {
                     let centre = centre(case, size, at);
-                    *fill = case.fluid.iter().map(|r| r.shape.fill(centre, size)).fold(0.0, f64::max);
+                    *fill = self.share_of_fluid(case, centre, size);
                 }
             }
             if fills.iter().any(|fill| *fill > 0.0) {
@@ -79,6 +83,20 @@ impl<T: Real> Grid<T> {
                 }
             }
         }
+    }
+
+    /// Share of fluid in what solids leave of a cell; none in a solid cell.
+    fn share_of_fluid(&self, case: &Case, centre: DVec3, size: f64) -> f64 {
+        let distance = self.solids.distance(centre);
+        if distance >= 0.5 * 3f64.sqrt() * size {
+            return case.fluid.iter().map(|region| region.shape.fill(centre, size)).fold(0.0, f64::max);
+        }
+        if distance < 0.0 {
+            return 0.0;
+        }
+        let free = share(centre, size, |p| self.solids.distance(p) >= 0.0);
+        let wet = |p| case.fluid.iter().any(|region| region.shape.signed_distance(p) < 0.0);
+        share(centre, size, |p| self.solids.distance(p) >= 0.0 && wet(p)) / free
     }
 
     /// Tells liquid from interface by fill and neighbours.
@@ -100,7 +118,8 @@ impl<T: Real> Grid<T> {
         }
     }
 
-    /// Depth in cells of each cell's centre of mass below the top of its column of fluid, along the axis that gravity acts on most.
+    /// Depth in cells of each cell's centre of mass below the top of its column of fluid, along the axis that gravity acts on most. What
+    /// lies under a solid has the pressure of a body that is filled up to the highest fluid.
     fn depths(&self, case: &Case) -> Vec<[f64; CELLS]> {
         let mut depths = vec![[0.0; CELLS]; self.len()];
         let gravity = confined_gravity(case).to_array();
@@ -110,18 +129,33 @@ impl<T: Real> Grid<T> {
         }
         let n = self.topology.cells;
         let (p, r) = ((axis + 1) % 3, (axis + 2) % 3);
+        let look = |column: usize, k: usize| {
+            let mut at = [0; 3];
+            at[p] = column % n[p];
+            at[r] = column / n[p];
+            at[axis] = if gravity[axis] < 0.0 { n[axis] - 1 - k } else { k };
+            let slot = self.slot_at(at) as usize;
+            let cell = at[0] % EDGE + EDGE * (at[1] % EDGE + EDGE * (at[2] % EDGE));
+            let solid = self.kinds[slot][cell / EDGE].immersed >> (cell % EDGE) & 1 == 1;
+            (slot, cell, self.front[slot][(FILL, cell)].to_f64(), solid)
+        };
+        let mut level = f64::INFINITY;
+        if self.solids.any() {
+            for column in 0..n[p] * n[r] {
+                let first = (0..n[axis]).map(|k| (k, look(column, k).2)).find(|(_, fill)| *fill > 0.0);
+                level = first.map_or(level, |(k, fill)| level.min((k + 1) as f64 - fill));
+            }
+        }
         for column in 0..n[p] * n[r] {
             let mut depth = 0.0;
             for k in 0..n[axis] {
-                let mut at = [0; 3];
-                at[p] = column % n[p];
-                at[r] = column / n[p];
-                at[axis] = if gravity[axis] < 0.0 { n[axis] - 1 - k } else { k };
-                let slot = self.slot_at(at) as usize;
-                let cell = at[0] % EDGE + EDGE * (at[1] % EDGE + EDGE * (at[2] % EDGE));
-                let fill = self.front[slot][(FILL, cell)].to_f64();
+                let (slot, cell, fill, solid) = look(column, k);
                 depths[slot][cell] = depth + fill - 0.5;
-                depth = if fill > 0.0 { depth + fill } else { 0.0 };
+                depth = match fill > 0.0 {
+                    true => depth + fill,
+                    false if solid => ((k + 1) as f64 - level).max(0.0),
+                    false => 0.0,
+                };
             }
         }
         depths

@@ -13,6 +13,7 @@
 
 mod adapt;
 mod collision;
+mod contact;
 mod fluid;
 mod grid;
 mod initial;
@@ -25,10 +26,13 @@ mod relaxation;
 mod rows;
 mod scaling;
 mod simulation;
+mod solids;
 mod source;
 mod standing;
+mod store;
 mod stream;
 mod surface;
+mod sweep;
 mod table;
 mod tabulated;
 mod topology;

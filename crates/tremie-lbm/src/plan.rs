@@ -78,6 +78,9 @@ impl Plan {
         for region in &case.fluid {
             speed = speed.max(region.velocity.length());
         }
+        for solid in &case.solids {
+            speed = speed.max(solid.motion.largest_speed(0.0));
+        }
         speed = speed.max(channel_speed(case, viscosity / density));
 
         let limits = Limits {

@@ -49,6 +49,8 @@ pub(crate) struct SurfaceRow {
     pub(crate) beside: Beside,
     /// Solid at -c, for cells that hold fluid.
     pub(crate) solid: [u8; Q],
+    /// A solid in the domain at -c, for cells that hold fluid.
+    pub(crate) immersed: [u8; Q],
     /// Nothing that could send a population from -c, for interface cells: air, or, where no air is beside, interface.
     pub(crate) missing: [u8; Q],
     /// Liquid at -c, for interface cells.
@@ -63,6 +65,8 @@ pub(crate) struct SurfaceRow {
     pub(crate) any_interface: u8,
     /// Cells with a wall anywhere around.
     pub(crate) any_solid: u8,
+    /// Cells with a solid of the domain anywhere around.
+    pub(crate) any_immersed: u8,
     /// Cells at a flat wall, for each face.
     pub(crate) flat: [u8; 6],
 }
@@ -124,6 +128,7 @@ impl Rows {
                 kinds,
                 beside: links.beside(row),
                 solid: [0; Q],
+                immersed: [0; Q],
                 missing: [0; Q],
                 liquid: [0; Q],
                 interface: [0; Q],
@@ -132,6 +137,7 @@ impl Rows {
                 any_liquid: 0,
                 any_interface: 0,
                 any_solid: 0,
+                any_immersed: 0,
                 flat: [0; 6],
             };
             let mut wet_around = 0xff;
@@ -139,6 +145,8 @@ impl Rows {
                 let there = kinds_at(all, links, &found.beside, C[i]);
                 wet_around &= there.wet();
                 found.solid[i] = there.solid & wet;
+                found.immersed[i] = there.immersed & wet;
+                found.any_immersed |= found.immersed[i];
                 found.missing[i] = there.air() & kinds.interface;
                 found.liquid[i] = there.liquid & kinds.interface;
                 found.interface[i] = there.interface & kinds.interface;

@@ -14,6 +14,7 @@ use crate::plan::{Plan, confined_gravity, settings};
 use crate::real::Real;
 use crate::rows::Rows;
 use crate::scaling::{Limits, Scaling};
+use crate::solids::Solids;
 use crate::standing::Braking;
 use crate::stream::Findings;
 use crate::surface::Ledger;
@@ -23,6 +24,8 @@ use crate::topology::{Boundary, CELLS, EDGE, Topology};
 const CRUMBS: u64 = 32;
 const DRY: u64 = 256;
 const REPAY: u64 = 1000;
+/// Share of the mass that solids hold by their motion that is given back whenever crumbs are looked for.
+const SETTLED: f64 = 0.1;
 
 /// A case made ready to run by the lattice Boltzmann method, in the precision that it asks for.
 pub fn simulation(case: &Case) -> Box<dyn Simulation> {
@@ -74,7 +77,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         let scaling = Plan::new(case).scaling;
         let mut new = Self {
             case: case.clone(),
-            grid: Grid::new(topology(case, &scaling)),
+            grid: Grid::new(topology(case, &scaling), Solids::new(case, scaling.cell_size)),
             scaling,
             fluid: fluid(case, &scaling),
             rows: Vec::new(),
@@ -89,7 +92,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         };
         new.grid.fill(case, &new.scaling);
         if !new.stand() {
-            new.grid = Grid::new(topology(case, &new.scaling));
+            new.grid = Grid::new(topology(case, &new.scaling), Solids::new(case, scaling.cell_size));
             new.grid.fill(case, &new.scaling);
             new.rows.clear();
         }
@@ -112,7 +115,9 @@ impl<T: Real> LatticeBoltzmann<T> {
             self.scaling.acceleration(gravity),
             self.scaling.stress(self.case.material.curve.yield_stress()),
         );
-        let Some(braking) = braking.filter(|_| !flows && !self.grid.topology.moving_walls()) else {
+        // A mould holds the fluid: its pressure is the right start.
+        let held = self.grid.topology.moving_walls() || self.grid.solids.any();
+        let Some(braking) = braking.filter(|_| !flows && !held) else {
             return true;
         };
         let held = self.grid.held();
@@ -145,14 +150,31 @@ impl<T: Real> LatticeBoltzmann<T> {
 
     /// Mass of the fluid in kg, to see how well it is kept.
     pub fn mass(&self) -> f64 {
-        (self.grid.total_mass() + self.ledger.waiting) * self.scaling.density * self.scaling.cell_size.powi(3)
+        self.lattice_mass() * self.scaling.density * self.scaling.cell_size.powi(3)
+    }
+
+    /// Mass in cells, with what is on its way.
+    fn lattice_mass(&self) -> f64 {
+        self.grid.total_mass() + self.ledger.waiting + self.ledger.swept
     }
 
     /// Gives back to the interface what rounding took, or takes what it gave.
     fn repay(&mut self) {
-        let missing = self.mass - self.grid.total_mass();
+        let missing = self.mass - (self.grid.total_mass() + self.ledger.swept);
         if missing != 0.0 && self.grid.spread_mass(missing) {
             self.ledger.waiting = 0.0;
+        }
+    }
+
+    /// Gives back to the interface some of what solids hold by their motion, and all of it once liquid and solids have parted.
+    fn settle(&mut self) {
+        if self.ledger.swept == 0.0 {
+            return;
+        }
+        let share = if self.grid.solids_touch_liquid() { SETTLED } else { 1.0 };
+        let mass = share * self.ledger.swept;
+        if self.grid.spread_mass(mass) {
+            self.ledger.swept -= mass;
         }
     }
 
@@ -172,12 +194,20 @@ impl<T: Real> LatticeBoltzmann<T> {
         let (gravity, height) = (gravity.length(), self.grid.height(axis) as f64 * self.scaling.cell_size);
         let look = Look {
             time: self.time,
-            speed: self.grid.common_speed(self.fluid.gravity()),
+            speed: self
+                .grid
+                .common_speed(self.fluid.gravity())
+                .max(self.scaling.velocity(self.solid_speed())),
             hydrostatic_error: self.scaling.hydrostatic_error(gravity, height),
             viscosity: self.scaling.viscosity(self.case.material.curve.plastic_viscosity()),
             fall: (2.0 * height / gravity).sqrt(),
         };
         self.watch.change(&look, self.scaling.velocity_unit(), &limits)
+    }
+
+    /// Largest speed in m/s of solids from now on.
+    fn solid_speed(&self) -> f64 {
+        self.grid.solids.largest_speed(self.time, self.case.stop.time, self.case.domain.max)
     }
 
     /// Takes the new time step into use, once the populations are in its units.
@@ -190,6 +220,7 @@ impl<T: Real> LatticeBoltzmann<T> {
 
     /// Finds rows and surface as the cells are now: the next step needs them, and so does a snapshot.
     fn arrange(&mut self) {
+        self.grid.solids.place(self.time, self.scaling.time_step);
         self.grid.sort_rows(&mut self.rows);
         self.grid.reconstruct(&self.rows, self.fluid.gravity());
     }
@@ -229,6 +260,9 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
 
     fn advance(&mut self) -> Result<(), Breakdown> {
         let change = self.change_of_step();
+        if self.grid.solids.any_slide() {
+            self.grid.even_stores(&self.rows);
+        }
         self.fluid.step(&mut self.grid, &self.rows, change.map(T::from_f64), &mut self.findings);
         self.time += self.scaling.time_step;
         self.steps += 1;
@@ -245,12 +279,18 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         if change.is_some() {
             // The fluid is pressed together by another share from now on: it keeps its volume, not its mass, and gets back what
             // it gained or lost of it since pressures changed.
-            let gained = self.grid.volume() - self.volume;
+            let gained = self.grid.volume() + self.ledger.swept - self.volume;
             self.grid.spread_mass(-gained);
-            self.mass = self.grid.total_mass() + self.ledger.waiting;
+            self.mass = self.lattice_mass();
         }
+        for slot in self.grid.slots() {
+            self.ledger.swept += self.findings.get(slot).map_or(0.0, |found| found.exchange.swept);
+        }
+        self.grid.solids.place(self.time, self.scaling.time_step);
+        self.grid.sweep(self.time, &mut self.ledger);
         if self.steps.is_multiple_of(CRUMBS) {
             self.grid.remove_crumbs(&mut self.ledger);
+            self.settle();
         }
         if self.steps.is_multiple_of(DRY) {
             self.grid.release_dry();
@@ -302,6 +342,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             "mass": self.mass,
             "waiting": self.ledger.waiting,
             "stranded": self.ledger.stranded,
+            "swept": self.ledger.swept,
         });
         let arrays = vec![
             ("places".into(), Array::U32(places)),
@@ -331,12 +372,14 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         let number = |name: &str| state.header[name].as_f64().ok_or_else(|| missing(name));
         let count = |name: &str| state.header[name].as_u64().ok_or_else(|| missing(name));
 
-        let mut grid =
-            Grid::with_layout(self.grid.topology.clone(), places, free).ok_or_else(|| missing("places"))?;
+        let mut grid = Grid::with_layout(self.grid.topology.clone(), self.grid.solids.clone(), places, free)
+            .ok_or_else(|| missing("places"))?;
+        grid.solids.forget_all();
         grid.load(fields, mass, kinds).map_err(missing)?;
         let seen = serde_json::from_value(state.header["speeds"].clone()).map_err(|_| missing("speeds"))?;
         let (time, time_step) = (number("time")?, number("time_step")?);
-        let ledger = Ledger { stranded: count("stranded")?, waiting: number("waiting")? };
+        let ledger =
+            Ledger { stranded: count("stranded")?, waiting: number("waiting")?, swept: number("swept")? };
         (self.steps, self.mass, self.ledger) = (count("steps")?, number("mass")?, ledger);
         (self.time, self.watch) = (time, Watch { seen });
         self.scaling.time_step = time_step;

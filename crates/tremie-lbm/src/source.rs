@@ -5,6 +5,7 @@ use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, MIRROR, Q, each_pair};
 use crate::real::{Number, Real};
 use crate::rows::{Beside, upstream};
+use crate::solids::Solids;
 use crate::topology::{Links, Topology};
 use crate::values::Values;
 
@@ -15,6 +16,7 @@ type Near<'a, T, const N: usize> = [&'a Values<T, N>; 32];
 #[derive(Clone, Copy)]
 pub(crate) struct Source<'a, T: Real> {
     pub(crate) topology: &'a Topology,
+    pub(crate) solids: &'a Solids,
     pub(crate) links: &'a Links,
     /// The block's own values.
     pub(crate) own: &'a Field<T>,
@@ -62,13 +64,14 @@ fn pull<T: Real, const N: usize>(
 impl<'a, T: Real> Source<'a, T> {
     pub(crate) fn new(
         topology: &'a Topology,
+        solids: &'a Solids,
         links: &'a Links,
         front: &'a [Box<Field<T>>],
         slot: usize,
     ) -> Self {
         let mirrors = links.steps.iter().flatten().any(|step| step.flip != 0);
         let soon = front.get(slot + 2).unwrap_or(&front[slot]);
-        Self { topology, links, own: &front[slot], near: near(links, front), soon, mirrors }
+        Self { topology, solids, links, own: &front[slot], near: near(links, front), soon, mirrors }
     }
 
     /// The fill of the cells of a row, each taken from the cell at -c.

@@ -15,8 +15,10 @@
 //! is a choice by a bit, not a branch.
 
 use rayon::prelude::*;
+use tremie_numerics::DVec3;
 
 use crate::collision::{COMPONENT, Held, LEAST_RESISTANCE, Moments, collide, moments, rescale};
+use crate::contact::Exchange;
 use crate::grid::{FILL, Field, Grid, Kinds, SHARE, Shape, VELOCITY};
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, Q, W, each_pair, opposite};
@@ -73,11 +75,20 @@ pub(crate) struct Findings {
     pub(crate) any: bool,
     /// A cell whose density is out of all bounds or not a number.
     pub(crate) broken: Option<usize>,
+    /// What was exchanged with solids.
+    pub(crate) exchange: Exchange,
 }
 
 impl Default for Findings {
     fn default() -> Self {
-        Self { full: [0; ROWS], empty: [0; ROWS], reached: Vec::new(), any: false, broken: None }
+        Self {
+            full: [0; ROWS],
+            empty: [0; ROWS],
+            reached: Vec::new(),
+            any: false,
+            broken: None,
+            exchange: Exchange::default(),
+        }
     }
 }
 
@@ -152,11 +163,13 @@ impl<'a, T: Real> Source<'a, T> {
         row: &SurfaceRow,
         physics: &Physics<T, R>,
         held: Held<Lanes<T>>,
+        slides: u8,
         f: &mut Populations<T>,
     ) {
         let first = first_of(row.row);
         for face in 0..FACES.len() {
-            if row.flat[face] == 0 {
+            let flat = row.flat[face] & !slides;
+            if flat == 0 {
                 continue;
             }
             let (axis, normal) = FACES[face];
@@ -170,7 +183,7 @@ impl<'a, T: Real> Source<'a, T> {
                 f[to] + self.own(opposite(to), first) - f[from] - self.own(opposite(from), first)
             };
             let velocity = wall_velocity(&m, stress, [taken(a, b), taken(c, d)], &physics.law);
-            let weight = Lanes::from_f64(1.0 / 6.0).only(row.flat[face]);
+            let weight = Lanes::from_f64(1.0 / 6.0).only(flat);
             let push = [weight * velocity[0], weight * velocity[1]];
             f[a] += push[0];
             f[b] -= push[0];
@@ -189,8 +202,8 @@ impl<'a, T: Real> Source<'a, T> {
         }
     }
 
-    /// Makes the populations that arrived in a surface row ready to collide; `mass` is that of the block's interface cells. How much
-    /// the cells hold, and what mass they gain in this step.
+    /// Makes the populations that arrived in a surface row ready to collide; `mass` is that of the block's cells, `exchange` what the row
+    /// has to do with solids. How much the cells hold, and what mass they gain in this step.
     #[inline(always)]
     fn surface<R: Relaxation<Lanes<T>>>(
         &self,
@@ -199,8 +212,12 @@ impl<'a, T: Real> Source<'a, T> {
         physics: &Physics<T, R>,
         f: &mut Populations<T>,
         mass: &mut [f64; CELLS],
+        exchange: &mut Exchange,
     ) -> (Held<Lanes<T>>, [f64; LANES]) {
         let first = first_of(row.row);
+        let contacts = if row.any_immersed == 0 { [None; LANES] } else { self.contacts(row, first) };
+        let slides =
+            (0..LANES).fold(0, |bits, k| bits | u8::from(contacts[k].is_some_and(|c| c.slides)) << k);
         let mut gain = [0.0; LANES];
         let (mut held, mut least) = (Lanes::INFINITY, Lanes::from_f64(LEAST_RESISTANCE));
         if row.kinds.interface != 0 {
@@ -212,7 +229,7 @@ impl<'a, T: Real> Source<'a, T> {
             held = Lanes::choose(row.kinds.interface, held, Lanes::INFINITY);
             // What lies on a wall is held by all of the wall that it wets, be it ever so thin.
             for i in 1..=6 {
-                let wall = row.solid[i] & row.kinds.interface;
+                let wall = row.solid[i] & row.kinds.interface & !slides;
                 if wall != 0 {
                     let wets = surface.own.lanes(SHARE + opposite(i) - 1, first);
                     least = Lanes::choose(wall, larger(least, wets), least);
@@ -226,6 +243,9 @@ impl<'a, T: Real> Source<'a, T> {
             self.meet_walls(row, f);
         }
         let held = Held::Partly { mass: held, least };
+        if row.any_immersed != 0 {
+            self.meet_solids(row, first, &contacts, physics.gravity, f, mass, exchange);
+        }
         let wet = row.kinds.wet();
         if wet != 0xff {
             for f in &mut *f {
@@ -233,7 +253,10 @@ impl<'a, T: Real> Source<'a, T> {
             }
         }
         if !physics.law.is_newtonian() {
-            self.yield_at_walls(row, physics, held, f);
+            self.yield_at_walls(row, physics, held, slides, f);
+        }
+        if row.any_immersed != 0 && !exchange.loads.is_empty() {
+            self.load_solids(row, first, &contacts, f, &mut exchange.loads);
         }
         (held, gain)
     }
@@ -368,7 +391,7 @@ fn step_block<T: Real, R: Relaxation<Lanes<T>>>(
             source.arriving(&row.beside, f);
         }
         for (f, row) in batch.iter_mut().zip(rows) {
-            let (held, gain) = source.surface(surface, row, physics, f, mass);
+            let (held, gain) = source.surface(surface, row, physics, f, mass, &mut findings.exchange);
             let density = collide_row(f, held, row.row, physics, change, back, findings);
             if row.kinds.interface == 0 {
                 continue;
@@ -446,7 +469,7 @@ impl<T: Real> Grid<T> {
         findings: &mut Vec<Findings>,
     ) {
         findings.resize(self.len(), Findings::default());
-        let Self { topology, links, front, back, shape, mass, .. } = self;
+        let Self { topology, solids, links, front, back, shape, mass, .. } = self;
         (back.par_iter_mut(), mass.par_iter_mut(), findings.par_iter_mut(), rows.par_iter())
             .into_par_iter()
             .enumerate()
@@ -455,8 +478,9 @@ impl<T: Real> Grid<T> {
                 if findings.any {
                     *findings = Findings::default();
                 }
+                findings.exchange.swept = 0.0;
                 if !rows.is_empty() {
-                    let source = Source::new(topology, &links[slot], front, slot);
+                    let source = Source::new(topology, solids, &links[slot], front, slot);
                     let surface = Surroundings::new(&links[slot], shape, slot);
                     step_block_here(&source, &surface, rows, physics, change, back, mass, findings);
                 }
@@ -466,29 +490,31 @@ impl<T: Real> Grid<T> {
 
     /// Finds the shape of the surface, after cells have changed and before the next step.
     pub(crate) fn reconstruct(&mut self, rows: &[Rows], gravity: [T; 3]) {
-        let Self { topology, links, front, shape, .. } = self;
+        let Self { topology, solids, links, front, shape, .. } = self;
         (shape.par_iter_mut(), rows.par_iter()).into_par_iter().enumerate().skip(2).for_each(
             |(slot, (shape, rows))| {
                 if rows.surface.iter().any(|row| row.kinds.interface != 0) {
-                    let source = Source::new(topology, &links[slot], front, slot);
+                    let source = Source::new(topology, solids, &links[slot], front, slot);
                     reconstruct_here(&source, rows, gravity, shape);
                 }
             },
         );
     }
 
-    /// The moments and the relaxation rate of every wet cell of a block, as the next collision will see them.
+    /// The moments and the relaxation rate of every wet cell of a block, as the next collision will see them; gives force and moment on
+    /// each solid.
     pub(crate) fn moments<R: Relaxation<Lanes<T>> + Relaxation<T>>(
         &self,
         slot: usize,
         rows: &Rows,
         physics: &Physics<T, R>,
         mut see: impl FnMut(usize, &Moments<T>, T),
-    ) {
-        let Self { topology, links, front, shape, .. } = self;
-        let source = Source::new(topology, &links[slot], front, slot);
+    ) -> Vec<[DVec3; 2]> {
+        let Self { topology, solids, links, front, shape, .. } = self;
+        let source = Source::new(topology, solids, &links[slot], front, slot);
         let surface = Surroundings::new(&links[slot], shape, slot);
         let mut mass = self.mass[slot].clone();
+        let mut exchange = Exchange { swept: 0.0, loads: vec![[DVec3::ZERO; 2]; solids.count()] };
         let mut show = |f: &Populations<T>, held: Held<Lanes<T>>, row: u8, kinds: Kinds| {
             for k in (0..LANES).filter(|k| kinds.wet() >> k & 1 == 1) {
                 let f: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
@@ -503,8 +529,9 @@ impl<T: Real> Grid<T> {
         }
         for row in &rows.surface {
             source.arriving(&row.beside, &mut f);
-            let (held, _) = source.surface(&surface, row, physics, &mut f, &mut mass);
+            let (held, _) = source.surface(&surface, row, physics, &mut f, &mut mass, &mut exchange);
             show(&f, held, row.row, row.kinds);
         }
+        exchange.loads
     }
 }

@@ -23,7 +23,7 @@ use crate::stream::Findings;
 use crate::topology::{AIR, CELLS, EDGE, OUTSIDE, ROWS};
 
 /// A cell: its block's slot and its number there.
-type Cell = (usize, usize);
+pub(crate) type Cell = (usize, usize);
 
 /// What was done to keep every bit of mass, since the start.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -32,6 +32,8 @@ pub(crate) struct Ledger {
     pub(crate) stranded: u64,
     /// Mass that has nowhere to go at present, because there is no interface at all.
     pub(crate) waiting: f64,
+    /// Mass that the walls of solids have taken by their motion and not given back yet (module `sweep`).
+    pub(crate) swept: f64,
 }
 
 impl<T: Real> Grid<T> {
@@ -39,18 +41,30 @@ impl<T: Real> Grid<T> {
         (self.kinds[slot][cell / EDGE], 1 << (cell % EDGE))
     }
 
-    fn is_interface(&self, cell: Cell) -> bool {
+    pub(crate) fn is_interface(&self, cell: Cell) -> bool {
         let (kinds, bit) = self.kind(cell);
         kinds.interface & bit != 0
     }
 
-    fn is_liquid(&self, cell: Cell) -> bool {
+    pub(crate) fn is_liquid(&self, cell: Cell) -> bool {
         let (kinds, bit) = self.kind(cell);
         kinds.liquid & bit != 0
     }
 
-    fn set_kind(&mut self, (slot, cell): Cell, liquid: bool, interface: bool) {
+    pub(crate) fn is_air(&self, cell: Cell) -> bool {
+        let (kinds, bit) = self.kind(cell);
+        kinds.air() & bit != 0
+    }
+
+    pub(crate) fn set_populations(&mut self, (slot, cell): Cell, f: &[T; Q]) {
+        for i in 0..Q {
+            self.front[slot][(i, cell)] = f[i];
+        }
+    }
+
+    pub(crate) fn set_kind(&mut self, (slot, cell): Cell, liquid: bool, interface: bool) {
         let bit = 1u8 << (cell % EDGE);
+        self.mass[slot][cell] = 0.0;
         let kinds = &mut self.kinds[slot][cell / EDGE];
         let before = kinds.wet() & bit != 0;
         self.wet = self.wet + usize::from(liquid || interface) - usize::from(before);
@@ -68,7 +82,7 @@ impl<T: Real> Grid<T> {
     }
 
     /// The cells around a cell, with the mirrors crossed; a cell seen twice, directly and in a mirror, comes twice.
-    fn around(&self, (slot, cell): Cell) -> impl Iterator<Item = (Cell, u8)> + '_ {
+    pub(crate) fn around(&self, (slot, cell): Cell) -> impl Iterator<Item = (Cell, u8)> + '_ {
         let links = &self.links[slot];
         (1..Q).map(move |i| {
             let (slot, cell, flip) = links.cell(cell, C[i]);
@@ -76,9 +90,9 @@ impl<T: Real> Grid<T> {
         })
     }
 
-    /// Mass of a liquid cell, its density.
-    fn liquid_mass(&self, cell: Cell) -> f64 {
-        1.0 + density_and_momentum(&self.populations(cell)).0
+    /// Mass of a liquid cell: its density and its store.
+    pub(crate) fn liquid_mass(&self, cell: Cell) -> f64 {
+        1.0 + density_and_momentum(&self.populations(cell)).0 + self.mass[cell.0][cell.1]
     }
 
     /// Resolves and commits what a step proposed.
@@ -115,10 +129,7 @@ impl<T: Real> Grid<T> {
         }
         let mut wetted: Vec<Cell> = Vec::new();
         for &cell in &full {
-            wetted.extend(self.around(cell).map(|(beside, _)| beside).filter(|beside| {
-                let (kinds, bit) = self.kind(*beside);
-                kinds.air() & bit != 0
-            }));
+            wetted.extend(self.around(cell).map(|(beside, _)| beside).filter(|beside| self.is_air(*beside)));
         }
         for &((slot, cell), i) in &reached {
             let (beside, at, _) = self.links[slot].cell(cell, C[i].map(|c| -c));
@@ -140,15 +151,14 @@ impl<T: Real> Grid<T> {
             self.set_interface(cell, mass, T::ONE);
         }
         for (&cell, fresh) in wetted.iter().zip(&fresh) {
-            for i in 0..Q {
-                self.front[cell.0][(i, cell.1)] = fresh[i];
-            }
+            self.set_populations(cell, fresh);
             self.set_interface(cell, 0.0, T::ZERO);
         }
         let mut excess: Vec<(Cell, f64)> = Vec::with_capacity(full.len() + empty.len());
         for &cell in &full {
-            excess.push((cell, self.mass[cell.0][cell.1] - self.liquid_mass(cell)));
+            let held = self.mass[cell.0][cell.1];
             self.set_kind(cell, true, false);
+            excess.push((cell, held - self.liquid_mass(cell)));
         }
         for &cell in &empty {
             excess.push((cell, self.mass[cell.0][cell.1]));
@@ -159,14 +169,14 @@ impl<T: Real> Grid<T> {
         }
     }
 
-    fn set_interface(&mut self, cell: Cell, mass: f64, fill: T) {
+    pub(crate) fn set_interface(&mut self, cell: Cell, mass: f64, fill: T) {
         self.set_kind(cell, false, true);
         self.mass[cell.0][cell.1] = mass;
         self.front[cell.0][(FILL, cell.1)] = fill;
     }
 
     /// Makes sure that blocks exist for all neighbours of a cell.
-    fn allocate_around(&mut self, slot: usize, cell: usize) {
+    pub(crate) fn allocate_around(&mut self, slot: usize, cell: usize) {
         let at = [cell % EDGE, cell / EDGE % EDGE, cell / ROWS];
         if at.iter().all(|x| (1..EDGE - 1).contains(x)) {
             return;
@@ -189,7 +199,7 @@ impl<T: Real> Grid<T> {
     }
 
     /// Equilibrium at the mean density and velocity of the fluid beside a cell.
-    fn mean_equilibrium(&self, cell: Cell) -> [T; Q] {
+    pub(crate) fn mean_equilibrium(&self, cell: Cell) -> [T; Q] {
         let (mut n, mut density, mut velocity) = (0.0, 0.0, [0.0; 3]);
         for (beside, flip) in self.around(cell) {
             let (kinds, bit) = self.kind(beside);
@@ -209,7 +219,7 @@ impl<T: Real> Grid<T> {
     }
 
     /// Gives mass in equal shares to the interface beside a cell, or else to the nearest.
-    fn hand_out(&mut self, cell: Cell, mass: f64, ledger: &mut Ledger) {
+    pub(crate) fn hand_out(&mut self, cell: Cell, mass: f64, ledger: &mut Ledger) {
         let takers: Vec<Cell> =
             self.around(cell).map(|(beside, _)| beside).filter(|beside| self.is_interface(*beside)).collect();
         if takers.is_empty() {
@@ -270,18 +280,19 @@ impl<T: Real> Grid<T> {
                 !self.around(*cell).any(|(beside, _)| self.is_interface(beside) && touches_liquid(beside))
             })
             .collect();
+        let masses: Vec<f64> = crumbs.iter().map(|cell| self.mass[cell.0][cell.1]).collect();
         for &cell in &crumbs {
             self.set_kind(cell, false, false);
         }
-        for &cell in &crumbs {
-            self.strand(cell, self.mass[cell.0][cell.1], ledger);
+        for (&cell, mass) in crumbs.iter().zip(masses) {
+            self.strand(cell, mass, ledger);
         }
     }
 
-    /// Releases blocks without fluid whose neighbours have none at the common side either.
+    /// Releases blocks without fluid and without solids, which fluid beside them must go on seeing.
     pub(crate) fn release_dry(&mut self) {
-        let dry: Vec<usize> =
-            self.slots().filter(|slot| self.kinds[*slot].iter().all(|kinds| kinds.wet() == 0)).collect();
+        let bare = |kinds: &Kinds| kinds.wet() | kinds.immersed == 0;
+        let dry: Vec<usize> = self.slots().filter(|slot| self.kinds[*slot].iter().all(bare)).collect();
         for slot in dry {
             self.release(slot);
         }

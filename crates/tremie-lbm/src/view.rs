@@ -5,11 +5,11 @@
 
 use tremie_case::Side;
 use tremie_numerics::DVec3;
-use tremie_simulation::{Cells, Fluid, Simulation, Snapshot};
+use tremie_simulation::{Cells, Fluid, Simulation, Snapshot, SolidLoad};
 
 use crate::real::Real;
 use crate::simulation::LatticeBoltzmann;
-use crate::topology::EDGE;
+use crate::topology::{CELLS, EDGE};
 
 impl<T: Real> LatticeBoltzmann<T> {
     pub(crate) fn take_snapshot(&self) -> Snapshot {
@@ -31,13 +31,50 @@ impl<T: Real> LatticeBoltzmann<T> {
             domain: [self.case.domain.min, self.case.domain.max],
             symmetry: [0, 1, 2].map(|a| [symmetric(2 * a), symmetric(2 * a + 1)]),
         };
+        let mut loads = vec![[DVec3::ZERO; 2]; self.grid.solids.count()];
         for slot in self.grid.slots() {
-            self.show_block(slot, low, &mut cells);
+            for (load, more) in loads.iter_mut().zip(self.show_block(slot, low, &mut cells)) {
+                load[0] += more[0];
+                load[1] += more[1];
+            }
         }
-        Snapshot { time: self.time(), fluid: Fluid::Cells(cells) }
+        self.show_solids(low, &mut cells);
+        let solids = loads.into_iter().map(|load| self.load(load)).collect();
+        Snapshot { time: self.time(), fluid: Fluid::Cells(cells), solids }
     }
 
-    fn show_block(&self, slot: usize, low: [usize; 3], cells: &mut Cells) {
+    /// Force and moment in SI units; on the lattice the moment is about the domain's lower corner.
+    fn load(&self, [force, moment]: [DVec3; 2]) -> SolidLoad {
+        let size = self.scaling.cell_size;
+        let force = force * self.scaling.stress_unit() * size * size;
+        let moment = moment * self.scaling.stress_unit() * size.powi(3);
+        SolidLoad { force, moment: moment + self.case.domain.min.cross(force) }
+    }
+
+    /// Marks the cells that solids cover.
+    fn show_solids(&self, low: [usize; 3], cells: &mut Cells) {
+        let solids = &self.grid.solids;
+        if !solids.any() {
+            return;
+        }
+        let [nx, ny, nz] = cells.count.map(|n| n.div_ceil(EDGE));
+        for (i, j, k) in (0..nx * ny * nz).map(|n| (n % nx, n / nx % ny, n / nx / ny)) {
+            let first = [i * EDGE, j * EDGE, k * EDGE];
+            if !solids.reach([0, 1, 2].map(|a| low[a] + first[a]), EDGE) {
+                continue;
+            }
+            for n in 0..CELLS {
+                let at = [n % EDGE, n / EDGE % EDGE, n / EDGE / EDGE];
+                let at = [0, 1, 2].map(|a| first[a] + at[a]);
+                if (0..3).all(|a| at[a] < cells.count[a]) {
+                    let cell = cells.index(at[0], at[1], at[2]);
+                    cells.solid[cell] = u8::from(solids.cover([0, 1, 2].map(|a| low[a] + at[a])));
+                }
+            }
+        }
+    }
+
+    fn show_block(&self, slot: usize, low: [usize; 3], cells: &mut Cells) -> Vec<[DVec3; 2]> {
         let pressure_unit = self.scaling.stress_unit();
         let velocity_unit = self.scaling.velocity_unit();
         let rate_unit = 1.0 / self.scaling.time_step;
@@ -58,10 +95,10 @@ impl<T: Real> LatticeBoltzmann<T> {
             let rate = omega.to_f64() * q;
             cells.shear_rate[n] = rate * rate_unit;
             cells.stress[n] = (q - 0.5 * rate) / 3.0 * pressure_unit;
-        });
+        })
     }
 
-    /// Lower corner and size in cells of the smallest box around the fluid.
+    /// Lower corner and size in cells of the smallest box around the fluid, and around the solids that meet the domain.
     fn wet_box(&self) -> ([usize; 3], [usize; 3]) {
         let (mut low, mut high) = ([usize::MAX; 3], [0; 3]);
         for slot in self.grid.slots() {
@@ -81,6 +118,12 @@ impl<T: Real> LatticeBoltzmann<T> {
         }
         if low[0] == usize::MAX {
             return ([0; 3], [0; 3]);
+        }
+        for [first, end] in self.grid.solids.extents(self.grid.topology.cells) {
+            for a in 0..3 {
+                low[a] = low[a].min(first[a]);
+                high[a] = high[a].max(end[a]);
+            }
         }
         (low, [0, 1, 2].map(|a| high[a] - low[a]))
     }

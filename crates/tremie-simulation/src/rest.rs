@@ -127,6 +127,7 @@ mod tests {
             potential_energy: 1.0,
             yielded_share: 1.0,
             pressure_max: 1000.0,
+            solids: Vec::new(),
         }
     }
 

@@ -152,7 +152,8 @@ impl<'a> Run<'a> {
         };
         let gauges = Gauges::new(case);
         let latest = gauges.measure(&simulation.snapshot());
-        let columns: Vec<&str> = latest.columns().into_iter().map(|(name, _)| name).collect();
+        let columns = latest.columns();
+        let columns: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
         let time = resumed.as_ref().map(|state| state.time);
         let series = match time {
             Some(time) => Series::resume(&folder.series(), &columns, time)?,
@@ -260,7 +261,9 @@ impl<'a> Run<'a> {
 
     /// Whether the run has come to its end.
     fn end(&self, simulation: &dyn Simulation) -> Option<EndReason> {
-        if self.case.stop.rest.as_ref().is_some_and(|rest| self.state.rest.reached(rest)) {
+        // While a mould is on its way, a fluid at rest in it has not come to its rest.
+        let moved = !self.case.solids_move(simulation.time());
+        if moved && self.case.stop.rest.as_ref().is_some_and(|rest| self.state.rest.reached(rest)) {
             Some(EndReason::Rest)
         } else if schedule::reached(simulation.time(), self.case.stop.time) {
             Some(EndReason::Time)
@@ -299,11 +302,12 @@ impl<'a> Run<'a> {
         let readings = self.gauges.measure(&simulation.snapshot());
         let record = self.record(simulation, None);
         let first = self.state.first_volume;
+        let volume = readings.volume;
         Summary {
             end_reason,
             readings,
             t500: self.state.t500.reached(),
-            volume_error: if first > 0.0 { readings.volume / first - 1.0 } else { 0.0 },
+            volume_error: if first > 0.0 { volume / first - 1.0 } else { 0.0 },
             steps: record.steps,
             wall: record.wall_s,
             updates_per_second: record.updates_per_second,
@@ -334,7 +338,7 @@ impl<'a> Run<'a> {
             steps_per_second: rates.steps,
             updates_per_second: rates.updates,
             time_left: (rates.time > 0.0).then(|| left / rates.time),
-            readings: self.latest,
+            readings: self.latest.clone(),
         }
     }
 }

@@ -9,6 +9,17 @@ pub struct Snapshot {
     pub time: f64,
     /// The fluid.
     pub fluid: Fluid,
+    /// What the fluid does to each solid of the case, within the domain.
+    pub solids: Vec<SolidLoad>,
+}
+
+/// Force and moment of the fluid on a solid; pressure counts from that of the air.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SolidLoad {
+    /// Force in N.
+    pub force: DVec3,
+    /// Moment about the origin of coordinates in N m.
+    pub moment: DVec3,
 }
 
 /// The fluid, in the way that its method describes it.

@@ -62,7 +62,7 @@ impl Summary {
             ("updates_per_second", json!(self.updates_per_second)),
         ];
         Value::Object(
-            readings.chain(rest).map(|(name, value)| (name.to_owned(), value)).collect::<Map<_, _>>(),
+            readings.chain(rest.map(|(name, value)| (name.to_owned(), value))).collect::<Map<_, _>>(),
         )
     }
 
@@ -84,7 +84,9 @@ impl Summary {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::SolidLoad;
     use crate::gauges::Spread;
+    use tremie_numerics::DVec3;
 
     #[test]
     fn a_summary_is_read_as_written() {
@@ -101,11 +103,12 @@ mod tests {
             potential_energy: 2.0,
             yielded_share: 0.1,
             pressure_max: 800.0,
+            solids: vec![SolidLoad { force: DVec3::new(1.0, 2.0, 3.0), moment: DVec3::new(0.1, 0.2, 0.3) }],
         };
         for (spread, t500) in [(Some(spread), Some(1.5)), (None, None)] {
             let summary = Summary {
                 end_reason: EndReason::Rest,
-                readings: Readings { spread, ..readings },
+                readings: Readings { spread, ..readings.clone() },
                 t500,
                 volume_error: -1e-7,
                 steps: 1234,

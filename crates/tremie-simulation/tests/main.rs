@@ -110,7 +110,7 @@ impl Simulation for Cake {
         if self.eaten {
             let Cells { size, density, domain, symmetry, .. } = cells;
             let nothing = Cells { size, density, domain, symmetry, ..Cells::default() };
-            return Snapshot { time: self.time, fluid: Fluid::Cells(nothing) };
+            return Snapshot { time: self.time, fluid: Fluid::Cells(nothing), solids: Vec::new() };
         }
         let radius = Self::radius(self.time);
         for k in 0..count[2] {
@@ -129,7 +129,7 @@ impl Simulation for Cake {
                 }
             }
         }
-        Snapshot { time: self.time, fluid: Fluid::Cells(cells) }
+        Snapshot { time: self.time, fluid: Fluid::Cells(cells), solids: Vec::new() }
     }
 
     fn load(&self) -> Load {

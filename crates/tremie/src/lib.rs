@@ -11,6 +11,7 @@ mod bench;
 mod check;
 mod cli;
 mod failure;
+mod gaps;
 mod interrupt;
 mod lab;
 mod numbers;

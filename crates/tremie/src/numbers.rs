@@ -6,6 +6,8 @@ use serde_json::{Value, json};
 use tremie_case::{Case, Method, Side};
 use tremie_lbm::Plan;
 
+use crate::gaps::{self, Gap};
+
 /// Relaxation times outside of which the collision is inaccurate (above) or close to unstable (below).
 const RELAXATION_TIME: [f64; 2] = [0.505, 1.5];
 /// Mach number above which the method's compressibility shows.
@@ -14,12 +16,16 @@ const MACH: f64 = 0.3;
 const HYDROSTATIC_ERROR: f64 = 0.05;
 /// Cells across the fluid below which it is hardly resolved.
 const CELLS_ACROSS: f64 = 5.0;
+/// Cells across a gap between solids below which what flows through it is wrong.
+const CELLS_IN_GAP: f64 = 4.0;
 
 /// The numbers of a case.
 pub(crate) struct Numbers {
     pub(crate) plan: Plan,
     /// Cells across the thinnest extent of all the fluid at the start.
     pub(crate) cells_across: f64,
+    /// The narrowest gap between solids, or a solid and a wall, at the start.
+    gap: Option<Gap>,
     title: String,
     stop_time: f64,
     stops_at_rest: bool,
@@ -30,6 +36,7 @@ impl Numbers {
         let plan = Plan::new(case);
         Self {
             cells_across: thinnest(case) / plan.scaling.cell_size,
+            gap: gaps::narrowest(case, plan.scaling.cell_size),
             plan,
             title: case.title.clone(),
             stop_time: case.stop.time,
@@ -168,6 +175,17 @@ impl Numbers {
                 self.cells_across
             ),
         );
+        if let Some(gap) = &self.gap {
+            let cells = gap.width / plan.scaling.cell_size;
+            warn(
+                cells < CELLS_IN_GAP * (1.0 - 1e-9),
+                format!(
+                    "between {} there are only {} cells at the start, less than 4; use smaller cells, or let them touch",
+                    gap.between,
+                    significant(cells)
+                ),
+            );
+        }
         warnings
     }
 

@@ -144,6 +144,23 @@ fn the_laboratory_tells_a_slump_flow() {
 }
 
 #[test]
+fn the_laboratory_lifts_a_cone_and_tells_a_slump() {
+    let place = tempfile::tempdir().unwrap();
+    let mix = ["--cell-size", "20mm", "--yield-stress", "400Pa", "--viscosity", "20Pa.s", "--lift", "0.3m/s"];
+    let told = done(place.path(), &[&["lab", "slump", "--quiet"], &mix[..]].concat());
+    for word in ["slump", "class", "from memory", "came to rest"] {
+        assert!(told.contains(word), "{word}: {told}");
+    }
+    let run = place.path().join("runs/slump");
+    let summary = json(&run.join("summary.json"));
+    assert!(summary["slump_class"].as_str().unwrap().starts_with('S'), "{summary}");
+    assert!(summary["time_s"].as_f64().unwrap() > 1.0, "the mould is lifted in 1 s");
+    assert_eq!(summary["solid1_force_x_N"], 0.0);
+    let header = fs::read_to_string(run.join("series.csv")).unwrap();
+    assert!(header.lines().next().unwrap().ends_with(",solid1_moment_z_Nm"), "{header}");
+}
+
+#[test]
 fn a_report_is_one_page_with_all_of_a_run() {
     let place =
         folder_with_case(&[("\"1 s\"", "\"0.6 s\""), ("Coarse slump", "Coarse <slump> & \\\"co\\\"")]);
@@ -464,7 +481,10 @@ fn the_schema_is_that_of_a_case_file() {
     let place = tempfile::tempdir().unwrap();
     let schema: Value = serde_json::from_str(&done(place.path(), &["schema"])).unwrap();
     let keys: Vec<&String> = schema["properties"].as_object().unwrap().keys().collect();
-    assert_eq!(keys, ["domain", "fluid", "gauges", "lbm", "material", "method", "output", "stop", "title"]);
+    assert_eq!(
+        keys,
+        ["domain", "fluid", "gauges", "lbm", "material", "method", "output", "solid", "stop", "title"]
+    );
 }
 
 #[test]
@@ -473,6 +493,7 @@ fn every_command_has_help_with_examples() {
     for command in [
         &[][..],
         &["lab", "slump-flow"],
+        &["lab", "slump"],
         &["run"],
         &["resume"],
         &["check"],

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use tremie_case::*;
-use tremie_geometry::Shape;
+use tremie_geometry::{Body, Motion, Shape, Waypoint};
 use tremie_numerics::{DVec2, DVec3};
 use tremie_rheology::{FlowCurve, Regularisation};
 
@@ -41,6 +41,7 @@ fn every_value_arrives_in_si_units() {
                 velocity: DVec3::ZERO,
             },
         ],
+        solids: Vec::new(),
         method: Method::Lbm(Lbm {
             cell_size: 0.005,
             precision: Precision::F64,
@@ -135,6 +136,40 @@ fn every_flow_curve_and_regularisation_can_be_written() {
         let text = CHANNEL.replace("newtonian.viscosity = \"1 Pa s\"", written);
         assert_eq!(Case::parse("channel.toml", &text).unwrap().material.curve, curve);
     }
+}
+
+#[test]
+fn solids_stand_and_move() {
+    let solids = r#"
+[[solid]]
+cone_shell = { base = ["0 m", "0 m", "0 m"], base_diameter = "10 mm", top_diameter = "5 mm", height = "9 mm", thickness = "2 mm" }
+motion.uniform.velocity = ["0 m/s", "0 m/s", "0.15 m/s"]
+[[solid]]
+difference.from.box = { min = ["-5 mm", "0 m", "0 m"], max = ["5 mm", "1 mm", "10 mm"] }
+difference.without = [{ capsule = { start = ["0 m", "0 m", "0 m"], end = ["0 m", "0 m", "5 mm"], diameter = "2 mm" } }]
+motion.path.points = [{ time = "1 s", offset = ["0 m", "0 m", "0 m"] }, { time = "3 s", offset = ["1 m", "0 m", "0 m"] }]
+[[solid]]
+union.of = [{ plane = { point = ["0 m", "0 m", "1 mm"], normal = [0, 3, 4] } }]
+surface = "free_slip"
+"#;
+    let case = Case::parse("channel.toml", &format!("{CHANNEL}{solids}")).unwrap();
+    let [mould, gate, slope] = case.solids.as_slice() else { panic!("{:?}", case.solids) };
+    let shell = Shape::ConeShell {
+        base: DVec3::ZERO,
+        base_radius: 0.005,
+        top_radius: 0.0025,
+        height: 0.009,
+        thickness: 0.002,
+    };
+    let lifted = Motion::Uniform(DVec3::new(0.0, 0.0, 0.15));
+    assert_eq!(*mould, Solid { body: Body::Shape(shell), motion: lifted, surface: SolidSurface::FreeSlip });
+    let point = |time, x| Waypoint { time, offset: DVec3::new(x, 0.0, 0.0) };
+    assert_eq!(gate.motion, Motion::Path(vec![point(1.0, 0.0), point(3.0, 1.0)]));
+    assert_eq!(gate.surface, SolidSurface::NoSlip);
+    assert!(gate.body.signed_distance(DVec3::new(0.002, 0.0005, 0.005)) < 0.0);
+    assert!(gate.body.signed_distance(DVec3::new(0.0, 0.0005, 0.005)) > 0.0);
+    assert_eq!((&slope.motion, slope.surface), (&Motion::REST, SolidSurface::FreeSlip));
+    assert!((slope.body.signed_distance(DVec3::new(0.0, 0.0, 0.002)) - 0.0008).abs() < 1e-15);
 }
 
 #[test]

@@ -201,6 +201,67 @@ const MISTAKES: &[Mistake] = &[
     ),
 ];
 
+/// Wrong solids, each put before the slump flow's `[lbm]` in line 27: line and column from there, and the words expected.
+const WRONG_SOLIDS: &[(&str, usize, usize, &str)] = &[
+    ("surface = \"no_slip\"", 1, 1, "`solid` has no shape"),
+    (
+        "sphere = { centre = [\"0.2 m\", \"0.1 m\", \"0.1 m\"], diameter = \"20 mm\" }\nsurface = \"slippery\"",
+        3,
+        11,
+        "write \"no_slip\" or \"free_slip\"",
+    ),
+    ("cube = {}", 2, 1, "known keys: box, sphere, cone, cylinder, capsule, plane, cone_shell"),
+    (
+        "cone_shell = { base = [\"0 m\", \"0 m\", \"0 m\"], base_diameter = \"200 mm\", top_diameter = \"100 mm\", height = \"300 mm\", thickness = \"1.5 mm\" }",
+        2,
+        128,
+        "write \"0.005 m\" at least",
+    ),
+    (
+        "union.of = [{ sphere = { centre = [\"0.1 m\", \"0.1 m\", \"0.1 m\"], diameter = \"2 mm\" } }]",
+        2,
+        75,
+        "the cells are too large to see this",
+    ),
+    ("plane = { point = [\"0 m\", \"0 m\", \"0 m\"], normal = [0, 0, 0] }", 2, 51, "has no direction"),
+    (
+        "sphere = { centre = [\"2 m\", \"0.1 m\", \"0.1 m\"], diameter = \"20 mm\" }",
+        1,
+        1,
+        "this solid lies outside the domain",
+    ),
+    (
+        "sphere = { centre = [\"2 m\", \"0.1 m\", \"0.1 m\"], diameter = \"20 mm\" }\nmotion = {}",
+        3,
+        10,
+        "`solid.motion` has no motion",
+    ),
+    (
+        "sphere = { centre = [\"0.2 m\", \"0.1 m\", \"0.1 m\"], diameter = \"20 mm\" }\n\
+         motion.path.points = [{ time = \"2 s\", offset = [\"0 m\", \"0 m\", \"0 m\"] }, { time = \"1 s\", offset = [\"0 m\", \"0 m\", \"0 m\"] }]",
+        3,
+        84,
+        "write more than \"2 s\"",
+    ),
+];
+
+#[test]
+fn wrong_solids_are_told_at_their_place() {
+    for (solid, line, column, says) in WRONG_SOLIDS {
+        let error = refusal(&SLUMP_FLOW.replace("[lbm]", &format!("[[solid]]\n{solid}\n\n[lbm]")));
+        let message = error.to_string();
+        let place = format!("slump_flow.toml:{}:{column}\n", line + 26);
+        assert!(
+            message.contains(&place) && message.contains(says),
+            "expected {place}{says}\nbut got\n{message}"
+        );
+    }
+    // A solid may come into the domain later.
+    let late = "[[solid]]\nsphere = { centre = [\"2 m\", \"0.1 m\", \"0.1 m\"], diameter = \"20 mm\" }\n\
+                motion.uniform.velocity = [\"-0.1 m/s\", \"0 m/s\", \"0 m/s\"]\n[lbm]";
+    Case::parse("late.toml", &SLUMP_FLOW.replace("[lbm]", late)).unwrap();
+}
+
 fn refusal(text: &str) -> CaseError {
     match Case::parse("slump_flow.toml", text) {
         Ok(_) => panic!("accepted:\n{text}"),

@@ -4,6 +4,7 @@ mod adaptive;
 mod conservation;
 mod invariance;
 mod rest;
+mod solids;
 
 use tremie_case::Case;
 use tremie_simulation::{Cells, Fluid, Simulation};

@@ -18,7 +18,7 @@ use tremie_case::{Case, SpreadGauge};
 use tremie_numerics::DVec3;
 
 use crate::plan::Plan;
-use crate::{Cells, Fluid, Snapshot};
+use crate::{Cells, Fluid, Snapshot, SolidLoad};
 
 /// Fill from which on a cell counts for speeds and pressure.
 const HALF_FULL: f64 = 0.5;
@@ -31,7 +31,7 @@ pub struct Gauges {
 }
 
 /// What the gauges read at one moment; one row of the time series.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Readings {
     /// Simulated time in s.
     pub time: f64,
@@ -55,13 +55,15 @@ pub struct Readings {
     pub yielded_share: f64,
     /// Largest pressure above that of the air in Pa.
     pub pressure_max: f64,
+    /// Force and moment on each solid of the case, with its mirror images.
+    pub solids: Vec<SolidLoad>,
 }
 
 impl Readings {
     /// Names, each with its unit, and values in their order in the time series.
     ///
     /// Readings of the same gauges have the same names.
-    pub fn columns(&self) -> Vec<(&'static str, f64)> {
+    pub fn columns(&self) -> Vec<(String, f64)> {
         let mut columns = vec![("time_s", self.time)];
         if let Some(spread) = &self.spread {
             columns.extend([
@@ -84,6 +86,12 @@ impl Readings {
             ("yielded_share", self.yielded_share),
             ("pressure_max_Pa", self.pressure_max),
         ]);
+        let mut columns: Vec<(String, f64)> =
+            columns.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+        for (n, load) in self.solids.iter().enumerate() {
+            let values = [load.force, load.moment].map(|v| v.to_array()).concat();
+            columns.extend(load_columns(n).into_iter().zip(values));
+        }
         columns
     }
 
@@ -99,6 +107,10 @@ impl Readings {
                 height: value("height_m")?,
             })
         };
+        let load = |n: usize| {
+            let [x, y, z, mx, my, mz] = load_columns(n).map(|name| value(&name));
+            Some(SolidLoad { force: DVec3::new(x?, y?, z?), moment: DVec3::new(mx?, my?, mz?) })
+        };
         Some(Self {
             time: value("time_s")?,
             spread: spread(),
@@ -111,8 +123,32 @@ impl Readings {
             potential_energy: value("potential_energy_J")?,
             yielded_share: value("yielded_share")?,
             pressure_max: value("pressure_max_Pa")?,
+            solids: (0..).map_while(load).collect(),
         })
     }
+}
+
+/// Names of the readings of the solid number `n`; in the case file the first is number 1.
+fn load_columns(n: usize) -> [String; 6] {
+    let name = |what: &str| format!("solid{}_{what}", n + 1);
+    ["force_x_N", "force_y_N", "force_z_N", "moment_x_Nm", "moment_y_Nm", "moment_z_Nm"].map(name)
+}
+
+/// The load on a solid and its mirror images beyond symmetry planes.
+fn whole_load(load: SolidLoad, cells: &Cells) -> SolidLoad {
+    let mut whole = load;
+    for axis in 0..3 {
+        for side in (0..2).filter(|side| cells.symmetry[axis][*side]) {
+            let mut force = whole.force;
+            force[axis] = -force[axis];
+            let mut moment = -whole.moment;
+            moment[axis] = -moment[axis];
+            // The image acts as far beyond the plane.
+            moment += 2.0 * cells.domain[side][axis] * DVec3::AXES[axis].cross(force);
+            whole = SolidLoad { force: whole.force + force, moment: whole.moment + moment };
+        }
+    }
+    whole
 }
 
 impl Gauges {
@@ -146,6 +182,7 @@ impl Gauges {
             potential_energy: sums.potential * cells.density * body,
             yielded_share: if sums.fill > 0.0 { sums.yielded / sums.fill } else { 0.0 },
             pressure_max: sums.pressure.max(0.0),
+            solids: snapshot.solids.iter().map(|load| whole_load(*load, cells)).collect(),
         }
     }
 }
@@ -264,7 +301,7 @@ mod tests {
             gravity: DVec3::new(0.0, 0.0, -10.0),
             spread: Some(SpreadGauge { centre: DVec2::ZERO }),
         };
-        let mut snapshot = Snapshot { time: 0.5, fluid: Fluid::Cells(cells) };
+        let mut snapshot = Snapshot { time: 0.5, fluid: Fluid::Cells(cells), solids: Vec::new() };
         let readings = gauges.measure(&snapshot);
         let volume = 0.4 * 0.2 * 0.255;
         assert!(close(readings.volume, volume + 4.0 * 0.01e-6, 1e-12));
@@ -279,7 +316,7 @@ mod tests {
         let spread = readings.spread.unwrap();
         assert!(close(spread.x, 0.4, 1e-9) && close(spread.y, 0.2, 1e-9), "{spread:?}");
         assert!(close(spread.height, 0.2551, 1e-12));
-        assert_eq!(readings.columns()[0], ("time_s", 0.5));
+        assert_eq!(readings.columns()[0], ("time_s".to_owned(), 0.5));
 
         // Without the stray cell: I w^2 / 2 of the block.
         let Fluid::Cells(cells) = &mut snapshot.fluid;
@@ -290,10 +327,26 @@ mod tests {
     }
 
     #[test]
+    fn a_quarter_of_a_solid_bears_a_quarter_of_the_load() {
+        let corner = DVec3::new(0.2, -0.3, 0.0);
+        let cells = Cells {
+            domain: [corner, DVec3::ONE],
+            symmetry: [[true, false], [true, false], [false; 2]],
+            ..Cells::default()
+        };
+        let (at, force) = (DVec3::new(0.5, 0.1, 0.4), DVec3::new(1.0, 2.0, 5.0));
+        let whole = whole_load(SolidLoad { force, moment: at.cross(force) }, &cells);
+        // What acts on the whole acts upwards, along the line in which the planes meet.
+        assert!((whole.force - DVec3::new(0.0, 0.0, 20.0)).length() < 1e-12);
+        assert!((whole.moment - corner.cross(whole.force)).length() < 1e-12);
+    }
+
+    #[test]
     fn no_fluid_reads_zero() {
         let gauges = Gauges { gravity: DVec3::ZERO, spread: None };
         let cells = Cells { size: 0.1, domain: [DVec3::ZERO, DVec3::ONE], ..Cells::default() };
-        let readings = gauges.measure(&Snapshot { time: 0.0, fluid: Fluid::Cells(cells) });
+        let readings =
+            gauges.measure(&Snapshot { time: 0.0, fluid: Fluid::Cells(cells), solids: Vec::new() });
         assert!(readings.columns().iter().all(|(_, value)| *value == 0.0), "{readings:?}");
     }
 

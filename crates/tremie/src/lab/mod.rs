@@ -4,6 +4,8 @@
 //! run's folder holds a case file that can be edited and run again; the run is an ordinary one. Its record names the
 //! experiment, so that a resumed run tells the same figures.
 
+mod cone;
+mod slump;
 mod slump_flow;
 mod thin_sheet;
 
@@ -20,12 +22,15 @@ use tremie_simulation::Summary;
 pub(crate) enum Experiment {
     /// Slump flow of self-compacting concrete (EN 12350-8)
     SlumpFlow(slump_flow::Arguments),
+    /// Slump of concrete (EN 12350-2)
+    Slump(slump::Arguments),
 }
 
 /// Does an experiment.
 pub(crate) fn run(experiment: Experiment) -> anyhow::Result<ExitCode> {
     match experiment {
         Experiment::SlumpFlow(arguments) => slump_flow::run(arguments),
+        Experiment::Slump(arguments) => slump::run(arguments),
     }
 }
 
@@ -43,11 +48,12 @@ pub(crate) struct Figures {
 pub(crate) fn figures(name: &str, case: &Case, summary: &Summary) -> Option<Figures> {
     match name {
         slump_flow::NAME => slump_flow::figures(case, summary),
+        slump::NAME => slump::figures(case, summary),
         _ => None,
     }
 }
 
 /// Name of the standard experiment that a case is, whoever has written it.
 pub(crate) fn recognised(case: &Case) -> Option<&'static str> {
-    slump_flow::is_one(case).then_some(slump_flow::NAME)
+    cone::is_one(case).then_some(slump_flow::NAME)
 }

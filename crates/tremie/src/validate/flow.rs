@@ -81,7 +81,7 @@ impl Flow {
             let readings = self.readings();
             see(&readings);
             watch.update(&rest, &readings);
-            if watch.reached(&rest) {
+            if watch.reached(&rest) && !self.case.solids_move(readings.time) {
                 return Ok(readings);
             }
             ensure!(

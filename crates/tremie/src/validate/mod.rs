@@ -77,6 +77,7 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(surface::advection, "advection-drop", "case.toml"),
     benchmark!(invariance::invariance, "invariance", "slump.toml", "lumps.toml"),
     benchmark!(slump::cone_rigid, "cone-rigid", "case.toml"),
+    benchmark!(slump::cone_lift, "cone-lift", "case.toml"),
     benchmark!(slump::gravity_current, "gravity-current", "case.toml"),
     benchmark!(slump::slump_spread, "slump-spread", "case.toml", "reference.csv"),
 ];

@@ -1,14 +1,16 @@
 //! The cone of EN 12350-2 and -8, removed at once.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 
 use anyhow::anyhow;
 use rayon::prelude::*;
 use tremie_case::Method;
+use tremie_geometry::Motion;
 use tremie_rheology::FlowCurve;
 use tremie_simulation::Cells;
+use tremie_simulation::gauges::TargetTime;
 
-use super::benchmark::{Check, Context};
+use super::benchmark::{Check, Context, shown};
 use super::flow::{Flow, cell_at, centres};
 use super::report;
 
@@ -52,6 +54,91 @@ fn spread(context: &Context, yield_stress: f64, plastic_viscosity: f64) -> anyho
         context.relative("height", what("height"), "m", row["h0_corr_m"], spread.height)?,
         context.relative("round", what("axes against diagonal"), "m", spread.diagonal, axes)?,
     ])
+}
+
+/// Speeds in m/s at which the mould is lifted, the slowest first; none where it vanishes at once.
+const LIFTS: [Option<f64>; 5] = [Some(0.05), Some(0.1), Some(0.3), Some(1.0), None];
+
+/// What comes of a lift.
+struct Lifted {
+    /// Spread in m at rest.
+    spread: f64,
+    /// Time in s to the circle of 500 mm.
+    t500: f64,
+    /// Share of the fluid above the rim of the mould when it has been lifted.
+    left: f64,
+}
+
+/// A cone that is lifted from the concrete.
+pub(super) fn cone_lift(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let runs: anyhow::Result<Vec<Lifted>> =
+        LIFTS.par_iter().with_max_len(1).map(|speed| lifted(context, *speed)).collect();
+    let runs = runs?;
+    let (at_once, lifts) = runs.split_last().ok_or_else(|| anyhow!("no lift"))?;
+    let mut checks = Vec::new();
+    for (run, speed) in lifts.iter().zip(LIFTS.iter().flatten()) {
+        let what = |quantity: &str| format!("{quantity}, {speed} m/s");
+        checks.push(context.relative("spread", what("spread"), "m", at_once.spread, run.spread)?);
+        checks.push(context.zero("left", what("left on the mould"), "", run.left)?);
+    }
+    for (n, pair) in runs.windows(2).enumerate() {
+        let slower =
+            LIFTS[n].map_or_else(String::new, |speed| format!("T500, {speed} m/s before the next faster, s"));
+        checks.push(context.zero("later", slower, "s", (pair[1].t500 - pair[0].t500).max(0.0))?);
+    }
+    for (run, speed) in runs.iter().zip(LIFTS) {
+        let name = speed.map_or_else(|| "at once".to_owned(), |speed| format!("{speed} m/s"));
+        checks.push(shown(format!("T500, {name}"), run.t500));
+        checks.push(shown(format!("spread, {name}"), run.spread));
+    }
+    Ok(checks)
+}
+
+fn lifted(context: &Context, speed: Option<f64>) -> anyhow::Result<Lifted> {
+    let mut case = context.case("case.toml")?;
+    let mut end = 0.0;
+    match speed {
+        None => case.solids.clear(),
+        Some(speed) => {
+            let [mould] = case.solids.as_mut_slice() else { anyhow::bail!("the case has not one solid") };
+            let Motion::Path(points) = &mut mould.motion else { anyhow::bail!("the mould has no path") };
+            let last = points.len() - 1;
+            end = points[last].offset.z / speed;
+            points[last].time = end;
+        }
+    }
+    let rim = case.solids.first().map(|mould| mould.swept(end, end).0.z);
+    let mut flow = Flow::new(case.clone());
+    let volume = flow.readings().volume;
+    let mut t500 = TargetTime::new(0.5);
+    let mut left = 0.0;
+    if let Some(rim) = rim {
+        while flow.simulation.time() < end {
+            flow.until(flow.simulation.time() + case.gauges.interval)?;
+            let readings = flow.readings();
+            t500.update(readings.time, readings.spread.map_or(0.0, |spread| spread.max));
+        }
+        let cells = flow.cells();
+        let above = centres_and_fills(&cells).filter(|(z, _)| *z > rim).map(|(_, fill)| fill).sum::<f64>();
+        left = above * cells.size.powi(3) * cells.copies() / volume;
+    }
+    let (next, seen) = (Cell::new(0.0), RefCell::new(t500));
+    let readings = flow.until_rest(|now| {
+        seen.borrow_mut().update(now.time, now.spread.map_or(0.0, |spread| spread.max));
+        if now.time >= next.get() {
+            next.set(now.time + PROGRESS);
+            report::progress(&format!("lift at {speed:?} m/s: {:.1} s", now.time));
+        }
+    })?;
+    let spread = readings.spread.ok_or_else(|| anyhow!("the case has no spread gauge"))?;
+    let t500 = seen.into_inner().reached().ok_or_else(|| anyhow!("500 mm are not reached"))?;
+    Ok(Lifted { spread: spread.mean, t500, left })
+}
+
+/// Height in m and fill of all cells.
+fn centres_and_fills(cells: &Cells) -> impl Iterator<Item = (f64, f64)> {
+    let layer = cells.count[0] * cells.count[1];
+    cells.fill.iter().enumerate().map(move |(n, fill)| (cells.centre(0, 0, n / layer).z, *fill))
 }
 
 /// Cells in m of the runs of the cone that spreads for ever; the longer run first.

@@ -1,0 +1,89 @@
+//! Bodies made from shapes by the algebra of sets.
+//!
+//! The union's distance is the least, the difference's the larger of the one and the other turned inside out. Both are right where they
+//! matter, on the surface, and nowhere larger than the true distance.
+
+use tremie_numerics::DVec3;
+
+use crate::Shape;
+
+/// A closed region of space, in metres.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Body {
+    /// A primitive shape.
+    Shape(Shape),
+    /// All that lies in any of these; at least one.
+    Union(Vec<Body>),
+    /// All that lies in the first but not in the second.
+    Difference(Box<[Body; 2]>),
+}
+
+impl Body {
+    /// Signed distance in metres from `p` to the surface, negative inside: exact near the surface, and nowhere further from zero
+    /// than the true distance.
+    pub fn signed_distance(&self, p: DVec3) -> f64 {
+        self.nearest(p).0
+    }
+
+    /// The same, and the unit normal of the surface that is nearest, out of the body.
+    pub fn nearest(&self, p: DVec3) -> (f64, DVec3) {
+        match self {
+            Self::Shape(shape) => shape.nearest(p),
+            Self::Union(bodies) => {
+                let all = bodies.iter().map(|body| body.nearest(p));
+                all.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, DVec3::Z))
+            }
+            Self::Difference(bodies) => {
+                let [from, without] = &**bodies;
+                let (one, (distance, normal)) = (from.nearest(p), without.nearest(p));
+                if one.0 >= -distance { one } else { (-distance, -normal) }
+            }
+        }
+    }
+
+    /// An axis-parallel box around the body, as its two corners; infinite along an infinite axis.
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        match self {
+            Self::Shape(shape) => shape.bounds(),
+            Self::Union(bodies) => bodies
+                .iter()
+                .map(Self::bounds)
+                .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1))),
+            Self::Difference(bodies) => bodies[0].bounds(),
+        }
+    }
+
+    /// The shapes that it is made from.
+    pub fn shapes(&self) -> Vec<&Shape> {
+        match self {
+            Self::Shape(shape) => vec![shape],
+            Self::Union(bodies) => bodies.iter().flat_map(Self::shapes).collect(),
+            Self::Difference(bodies) => bodies.iter().flat_map(Self::shapes).collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_box_with_a_hole_is_one_where_it_is_solid() {
+        let plate = Shape::Box { min: DVec3::splat(-1.0), max: DVec3::new(1.0, 1.0, 0.0) };
+        let hole = Shape::Cylinder { point: DVec3::ZERO, axis: DVec3::Z, radius: 0.5 };
+        let knob = Shape::Sphere { centre: DVec3::new(0.8, 0.8, 0.0), radius: 0.1 };
+        let pierced = Body::Difference(Box::new([Body::Shape(plate), Body::Shape(hole)]));
+        let body = Body::Union(vec![pierced, Body::Shape(knob)]);
+        for (x, z, inside) in [(0.0, -0.5, false), (0.7, -0.5, true), (1.2, -0.5, false), (0.7, 0.1, false)] {
+            assert_eq!(body.signed_distance(DVec3::new(x, 0.0, z)) < 0.0, inside, "{x} {z}");
+        }
+        assert!(body.signed_distance(DVec3::new(0.8, 0.8, 0.05)) < 0.0);
+        // Half-way between two faces and the hole: the hole is nearest, and the body's normal points into it.
+        let (distance, normal) = body.nearest(DVec3::new(0.6, 0.0, -0.5));
+        assert!(
+            (distance + 0.1).abs() < 1e-15 && (normal + DVec3::X).length() < 1e-15,
+            "{distance} {normal}"
+        );
+        assert_eq!(body.bounds(), (DVec3::splat(-1.0), DVec3::new(1.0, 1.0, 0.1)));
+    }
+}

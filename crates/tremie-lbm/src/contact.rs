@@ -1,0 +1,195 @@
+//! What solids inside the domain do to the fluid beside them, and it to them.
+//!
+//! A population that would enter a solid returns (half-way bounce-back) from a wall with the velocity v, rho being the cell's own density
+//! (Ladd 1994):
+//!
+//! ```text
+//!     f_i = f_opposite + 6 w_i rho c_i . v
+//! ```
+//!
+//! Where the fluid sticks, v is the solid's velocity u_s. Where it slides, v keeps the solid's velocity along the true normal n of the surface, and
+//! takes that along it for which the wall bears no shear: each cell's links bear what a pressure p would, with the part of the populations left out
+//! by which the flow carries itself along,
+//!
+//! ```text
+//!     v.n = u_s.n      sum over links of (2 (f_opposite - f_carried) + 6 w rho c.v - 2 w p) c   has no part across n
+//! ```
+//!
+//! p is the pressure along n that the same sum asks for; in a fluid at rest the density's, in one that stands by its yield stress not.
+//!
+//! On a flat wall along the lattice that keeps the tangential momentum to rounding, as specular reflection does. On others
+//! the wall is a staircase, and specular reflection would catch the flow at every step: here mass goes into the steps that face the flow and comes
+//! back out of the others, and what a wall seen from afar has smooth, stays smooth. An interface cell may leave a sliding wall freely: it is not drawn after one
+//! that recedes.
+//!
+//! The mass that goes into steps and what comes out of them agree over a stretch of the wall, but not in every cell. So each
+//! liquid cell at a sliding wall has a store, which gets what the wall takes from the cell by sliding, exchanges with the stores beside
+//! it, and is slowly put back into the cell: no mass is lost. What a wall takes by its own motion is another matter (`sweep`).
+//!
+//! The force on a solid is the momentum that its links exchange (Galilean invariant: Wen, Zhang, Tu, Wang and Fang 2014):
+//!
+//! ```text
+//!     F = sum over links of (c_out - u_s) f_out - (c_in - u_s) f_in
+//! ```
+//!
+//! With f less the weights, pressure counts from that of the air.
+
+use tremie_numerics::{DMat3, DVec3};
+
+use crate::grid::FILL;
+use crate::lanes::{LANES, Lanes};
+use crate::lattice::{C, Q, W, opposite};
+use crate::real::Real;
+use crate::rows::SurfaceRow;
+use crate::solids::Contact;
+use crate::source::Source;
+use crate::topology::CELLS;
+
+/// What keeps the velocity of a sliding wall from directions in which hardly a link points.
+const BLIND: f64 = 0.02;
+/// Least area across the normal, in twice the weights of links, that tells the pressure on a wall.
+const LEAST_FACING: f64 = 0.05;
+/// Share of a store that is put back in a step.
+const RETURNED: f64 = 5e-5;
+
+/// What solids and fluid exchange in a step.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Exchange {
+    /// Mass that solids take from the liquid by their motion.
+    pub(crate) swept: f64,
+    /// Force and moment about the origin of coordinates on each solid, in lattice units; not kept if empty.
+    pub(crate) loads: Vec<[DVec3; 2]>,
+}
+
+/// Contacts of the cells of a row.
+pub(crate) type Contacts = [Option<Contact>; LANES];
+
+fn vector(c: [i32; 3]) -> DVec3 {
+    DVec3::from(c.map(f64::from))
+}
+
+impl<T: Real> Source<'_, T> {
+    /// What the cells of a row beside solids are in contact with.
+    #[inline(never)]
+    pub(crate) fn contacts(&self, row: &SurfaceRow, first: usize) -> Contacts {
+        std::array::from_fn(|k| {
+            let touches = row.any_immersed >> k & 1 == 1;
+            if touches { self.solids.contact(self.links.coordinates(first + k)) } else { None }
+        })
+    }
+
+    /// Lets the cells of a row meet the solids beside them.
+    #[inline(never)]
+    pub(crate) fn meet_solids(
+        &self,
+        row: &SurfaceRow,
+        first: usize,
+        contacts: &Contacts,
+        gravity: [T; 3],
+        f: &mut [Lanes<T>; Q],
+        mass: &mut [f64; CELLS],
+        exchange: &mut Exchange,
+    ) {
+        let gravity = DVec3::from(gravity.map(T::to_f64));
+        for (k, contact) in contacts.iter().enumerate() {
+            let Some(contact) = contact else { continue };
+            let cell = first + k;
+            let interface = row.kinds.interface >> k & 1 == 1;
+            let leaving: [f64; Q] = std::array::from_fn(|i| self.own[(i, cell)].to_f64());
+            let links = || (1..Q).filter(|i| row.immersed[*i] >> k & 1 == 1);
+            let density = 1.0 + leaving.iter().sum::<f64>();
+            let mut wall = contact.velocity;
+            if contact.slides {
+                let momentum: DVec3 = (1..Q).map(|i| vector(C[i]) * leaving[i]).sum();
+                let fill = if interface { self.own[(FILL, cell)].to_f64().clamp(0.0, 1.0) } else { 1.0 };
+                let u = momentum / density - 0.5 * fill * gravity;
+                wall = sliding(contact, u, density, interface, links().map(|i| (i, leaving[opposite(i)])));
+            }
+            let (mut swept, mut slid) = (0.0, 0.0);
+            for i in links() {
+                let c = vector(C[i]);
+                let gained = 6.0 * W[i] * density * c.dot(wall);
+                f[i].0[k] = T::from_f64(leaving[opposite(i)] + gained);
+                let by_motion = 6.0 * W[i] * density * c.dot(contact.velocity);
+                swept -= by_motion;
+                slid -= gained - by_motion;
+            }
+            if interface {
+                continue;
+            }
+            exchange.swept += swept;
+            if contact.slides {
+                let returned = RETURNED * mass[cell];
+                mass[cell] += slid - returned;
+                for i in 0..Q {
+                    f[i].0[k] += T::from_f64(W[i] * returned);
+                }
+            }
+        }
+    }
+
+    /// Adds up forces and moments on the solids; `f` arrive.
+    #[inline(never)]
+    pub(crate) fn load_solids(
+        &self,
+        row: &SurfaceRow,
+        first: usize,
+        contacts: &Contacts,
+        f: &[Lanes<T>; Q],
+        loads: &mut [[DVec3; 2]],
+    ) {
+        for (k, contact) in contacts.iter().enumerate() {
+            let Some(contact) = contact else { continue };
+            let at = vector(self.links.coordinates(first + k).map(|n| n as i32)) + 0.5;
+            for i in (1..Q).filter(|i| row.solid[*i] >> k & 1 == 1) {
+                let (arriving, leaving) = (f[i].0[k].to_f64(), self.own[(opposite(i), first + k)].to_f64());
+                let c = vector(C[i]);
+                let force = if row.immersed[i] >> k & 1 == 1 {
+                    (-c - contact.velocity) * leaving - (c - contact.velocity) * arriving
+                } else {
+                    // Into the edge between a solid and a side of the domain: each bears what is across it.
+                    let borne = |a: usize| {
+                        let axis = (1..=6).find(|j| C[*j][a] != 0 && C[*j][a] == C[i][a]);
+                        f64::from(u8::from(axis.is_some_and(|j| row.immersed[j] >> k & 1 == 1)))
+                    };
+                    -c * DVec3::new(borne(0), borne(1), borne(2)) * (leaving + arriving)
+                };
+                let [total, moment] = &mut loads[contact.solid];
+                *total += force;
+                *moment += (at - 0.5 * c).cross(force);
+            }
+        }
+    }
+}
+
+/// Velocity of a sliding wall beside fluid of the velocity `u`; `links` are velocities out of the wall with the populations that
+/// enter it.
+fn sliding(
+    contact: &Contact,
+    u: DVec3,
+    density: f64,
+    interface: bool,
+    links: impl Iterator<Item = (usize, f64)>,
+) -> DVec3 {
+    let n = contact.normal;
+    let across = |v: DVec3| v - n * v.dot(n);
+    let leaves = interface && (u - contact.velocity).dot(n) > 0.0;
+    let start = if leaves { u } else { across(u) + n * contact.velocity.dot(n) };
+    let (mut traction, mut area) = (DVec3::ZERO, DVec3::ZERO);
+    let mut response = DMat3::from_diagonal(DVec3::splat(BLIND));
+    for (i, leaving) in links {
+        let c = vector(C[i]);
+        let weight = 6.0 * W[i] * density;
+        // Momentum that the flow carries along is no stress.
+        let carried = W[i] * density * (4.5 * c.dot(u).powi(2) - 1.5 * u.length_squared());
+        traction += (2.0 * (leaving - carried) + weight * c.dot(start)) * c;
+        area += 2.0 * W[i] * c;
+        let side = across(c);
+        response += weight * DMat3::from_cols(side * side.x, side * side.y, side * side.z);
+    }
+    let facing = area.dot(n);
+    let pressure = if facing > LEAST_FACING { traction.dot(n) / facing } else { density - 1.0 };
+    // What is added to the matrix along the normal changes nothing across it.
+    response += DMat3::from_cols(n * n.x, n * n.y, n * n.z);
+    start - across(response.inverse() * across(traction - pressure * area))
+}

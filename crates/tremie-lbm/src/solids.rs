@@ -1,0 +1,179 @@
+//! Solids inside the domain: where they are, how fast they go, and which cells they cover.
+//!
+//! Where a solid is depends on the time alone, not on the flow: nothing of it needs to be kept. A cell is solid when its centre lies
+//! inside. That is asked again only when it may have changed: a row of cells whose centres are at least d away from a surface
+//! that moves no faster than v stays as it is for the time d/v.
+
+use tremie_case::{Case, Solid, SolidSurface};
+use tremie_numerics::DVec3;
+
+use crate::topology::ROWS;
+
+/// Share of the time for which a row surely stays as it is that is made use of: keeps rounding out.
+const CERTAIN: f64 = 0.999;
+
+/// The solids of a case.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Solids {
+    bodies: Vec<Placed>,
+    /// Lower corner of the domain and edge of a cell in m.
+    corner: DVec3,
+    size: f64,
+    /// For each slot and row the time in s before which no cell is covered or uncovered.
+    until: Vec<[f64; ROWS]>,
+}
+
+/// A solid at the present time.
+#[derive(Debug, Clone)]
+struct Placed {
+    solid: Solid,
+    /// Way in m from where it is drawn.
+    offset: DVec3,
+    /// Velocity in the coming step in lattice units.
+    velocity: DVec3,
+}
+
+/// The solid that a cell is nearest to, in lattice units.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Contact {
+    /// Number of the solid.
+    pub(crate) solid: usize,
+    /// Its velocity.
+    pub(crate) velocity: DVec3,
+    /// Its unit normal, into the fluid.
+    pub(crate) normal: DVec3,
+    /// Whether the fluid slides along it.
+    pub(crate) slides: bool,
+}
+
+impl Solids {
+    /// The solids of a case, drawn for cells of the edge `size` in m, at time zero.
+    pub(crate) fn new(case: &Case, size: f64) -> Self {
+        let place = |solid: &Solid| Placed {
+            solid: solid.clone(),
+            offset: solid.motion.offset(0.0),
+            velocity: DVec3::ZERO,
+        };
+        Self {
+            bodies: case.solids.iter().map(place).collect(),
+            corner: case.domain.min,
+            size,
+            until: Vec::new(),
+        }
+    }
+
+    /// Number of solids.
+    pub(crate) fn count(&self) -> usize {
+        self.bodies.len()
+    }
+
+    /// Whether there are any.
+    pub(crate) fn any(&self) -> bool {
+        !self.bodies.is_empty()
+    }
+
+    /// Puts the solids where they are at a time in s, with the velocities that take them on in a step of that length.
+    pub(crate) fn place(&mut self, time: f64, step: f64) {
+        for body in &mut self.bodies {
+            body.offset = body.solid.motion.offset(time);
+            body.velocity = (body.solid.motion.offset(time + step) - body.offset) / self.size;
+        }
+    }
+
+    /// Largest speed in m/s of the solids that are in the domain, or have yet to come, at a time in s or later.
+    pub(crate) fn largest_speed(&self, time: f64, end: f64, upper: DVec3) -> f64 {
+        let ahead = |body: &&Placed| {
+            let (min, max) = body.solid.swept(time, end);
+            min.cmplt(upper).all() && max.cmpgt(self.corner).all()
+        };
+        self.bodies.iter().filter(ahead).map(|body| body.solid.motion.largest_speed(time)).fold(0.0, f64::max)
+    }
+
+    /// Centre in m of a cell of the lattice.
+    fn centre(&self, at: [usize; 3]) -> DVec3 {
+        self.corner + self.size * (DVec3::from(at.map(|n| n as f64)) + 0.5)
+    }
+
+    /// Signed distance in m of a point from the nearest solid.
+    pub(crate) fn distance(&self, p: DVec3) -> f64 {
+        let all = self.bodies.iter().map(|body| body.solid.body.signed_distance(p - body.offset));
+        all.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether a solid may reach into the cube of `cells` cells along each axis whose lowest cell is `at`.
+    pub(crate) fn reach(&self, at: [usize; 3], cells: usize) -> bool {
+        let half = 0.5 * cells as f64 * self.size;
+        self.distance(self.centre(at) - 0.5 * self.size + half) < 3f64.sqrt() * half
+    }
+
+    /// Whether a cell is solid.
+    pub(crate) fn cover(&self, at: [usize; 3]) -> bool {
+        self.distance(self.centre(at)) < 0.0
+    }
+
+    /// What a cell beside solids is in contact with.
+    pub(crate) fn contact(&self, at: [usize; 3]) -> Option<Contact> {
+        let p = self.centre(at);
+        let found = self.bodies.iter().enumerate().map(|(n, body)| {
+            let (distance, normal) = body.solid.body.nearest(p - body.offset);
+            (distance, n, normal)
+        });
+        let (_, n, normal) = found.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let body = &self.bodies[n];
+        let slides = body.solid.surface == SolidSurface::FreeSlip;
+        Some(Contact { solid: n, velocity: body.velocity, normal, slides })
+    }
+
+    /// Forgets what is known about the rows of a slot.
+    pub(crate) fn forget(&mut self, slot: usize) {
+        if self.until.len() <= slot {
+            self.until.resize(slot + 1, [f64::NEG_INFINITY; ROWS]);
+        }
+        self.until[slot] = [f64::NEG_INFINITY; ROWS];
+    }
+
+    /// Forgets what is known about all rows.
+    pub(crate) fn forget_all(&mut self) {
+        self.until.fill([f64::NEG_INFINITY; ROWS]);
+    }
+
+    /// Whether cells of a row may have been covered or uncovered by the time `time` in s.
+    pub(crate) fn due(&self, slot: usize, row: usize, time: f64) -> bool {
+        self.until[slot][row] <= time
+    }
+
+    /// Which of the first `lanes` cells of a row are solid at the time `time` in s, as bits; `at` is the first.
+    pub(crate) fn covered(&mut self, slot: usize, row: usize, at: [usize; 3], lanes: usize, time: f64) -> u8 {
+        let (mut bits, mut until) = (0, f64::INFINITY);
+        for k in 0..lanes {
+            let p = self.centre([at[0] + k, at[1], at[2]]);
+            for body in &self.bodies {
+                let distance = body.solid.body.signed_distance(p - body.offset);
+                bits |= u8::from(distance < 0.0) << k;
+                let speed = body.solid.motion.largest_speed(time);
+                if speed > 0.0 {
+                    until = until.min(time + CERTAIN * distance.abs() / speed);
+                }
+            }
+        }
+        self.until[slot][row] = until;
+        bits
+    }
+
+    /// Whether the fluid slides along any.
+    pub(crate) fn any_slide(&self) -> bool {
+        self.bodies.iter().any(|body| body.solid.surface == SolidSurface::FreeSlip)
+    }
+
+    /// For each solid that meets a domain of so many cells, the first cells and the ends of the box around it.
+    pub(crate) fn extents(&self, cells: [usize; 3]) -> Vec<[[usize; 3]; 2]> {
+        let boxed = |body: &Placed| {
+            let (min, max) = body.solid.body.bounds();
+            let place = |p: DVec3, a: usize| (p[a] + body.offset[a] - self.corner[a]) / self.size;
+            let first = [0, 1, 2].map(|a| place(min, a).max(0.0) as usize);
+            let end = [0, 1, 2].map(|a| place(max, a).ceil().clamp(0.0, cells[a] as f64) as usize);
+            (0..3).all(|a| first[a] < end[a]).then_some([first, end])
+        };
+        self.bodies.iter().filter_map(boxed).collect()
+    }
+}

@@ -1,0 +1,207 @@
+//! Cells that solids cover and uncover as they move.
+//!
+//! The flow past a moving wall takes the volume that the wall sweeps: with the bounce-back of `contact`, a wall that advances presses mass into
+//! the liquid beside it, and one that recedes takes mass out, continuously, as much as the volume it sweeps. By the time a wall has come on by a
+//! cell, it has pressed in the mass of a cell, and covers a cell of liquid: that goes. And it has taken out the mass of a cell when it
+//! uncovers one, which is filled. So no pressure jumps, and what the walls hold for the time being ([`Ledger::swept`]) is less than
+//! a cell for each cell of their surface. Where the surface of the fluid meets them more may gather; it goes back to the interface little by little.
+//!
+//! - An interface cell that is covered leaves its mass to the interface beside it.
+//! - An uncovered cell is liquid if it touches liquid and no air, interface if it touches both, and else air. As interface it holds what the
+//!   liquid beside it has paid.
+//!
+//! Blocks exist where a solid reaches into the surroundings of fluid, so that it is seen there.
+
+use crate::collision::density_and_momentum;
+use crate::grid::Grid;
+use crate::lattice::{Q, W};
+use crate::real::Real;
+use crate::surface::{Cell, Ledger};
+use crate::topology::{AIR, EDGE, ROWS};
+
+impl<T: Real> Grid<T> {
+    /// Covers and uncovers cells as the solids are at the time `time` in s.
+    pub(crate) fn sweep(&mut self, time: f64, ledger: &mut Ledger) {
+        if !self.solids.any() {
+            return;
+        }
+        self.surround();
+        let (covered, uncovered) = self.changes(time);
+        if covered.is_empty() && uncovered.is_empty() {
+            return;
+        }
+        let (mut left, mut stores): (Vec<(Cell, f64)>, Vec<(Cell, f64)>) = (Vec::new(), Vec::new());
+        for &cell in &covered {
+            if self.is_liquid(cell) {
+                let store = self.mass[cell.0][cell.1];
+                ledger.swept += self.liquid_mass(cell) - store;
+                stores.push((cell, store));
+            } else if self.is_interface(cell) {
+                left.push((cell, self.mass[cell.0][cell.1]));
+            }
+            self.set_kind(cell, false, false);
+            self.set_solid(cell, true);
+        }
+        self.uncover(&uncovered, ledger);
+        for (cell, mass) in left {
+            self.hand_out(cell, mass, ledger);
+        }
+        // Liquid that has left the wall.
+        let mut parted: Vec<Cell> =
+            uncovered.iter().flat_map(|cell| self.around(*cell).map(|(beside, _)| beside)).collect();
+        parted.sort_unstable();
+        parted.dedup();
+        for cell in parted {
+            if self.is_liquid(cell) && self.mass[cell.0][cell.1] != 0.0 && !self.touches_solid(cell) {
+                stores.push((cell, std::mem::take(&mut self.mass[cell.0][cell.1])));
+            }
+        }
+        for (cell, store) in stores {
+            self.leave_store(cell, store, ledger);
+        }
+    }
+
+    /// Marks the solid cells of the first state.
+    pub(crate) fn place_solids(&mut self) {
+        if !self.solids.any() {
+            return;
+        }
+        let slots: Vec<usize> = self.slots().collect();
+        for slot in slots {
+            self.surround_block(slot);
+        }
+        for cell in self.changes(0.0).0 {
+            self.set_solid(cell, true);
+        }
+    }
+
+    /// Allocates the blocks beside fluid that solids reach into.
+    fn surround(&mut self) {
+        let wet: Vec<usize> =
+            self.slots().filter(|slot| self.kinds[*slot].iter().any(|kinds| kinds.wet() != 0)).collect();
+        for slot in wet {
+            self.surround_block(slot);
+        }
+    }
+
+    fn surround_block(&mut self, slot: usize) {
+        for n in 0..27 {
+            if self.links[slot].slots[n] != AIR {
+                continue;
+            }
+            let offset = [(n % 3) as i32 - 1, (n / 3 % 3) as i32 - 1, (n / 9) as i32 - 1];
+            let place = self.links[slot].place.map(|p| p as usize);
+            if let Some(place) = self.topology.beside(place, offset)
+                && self.solids.reach(place.map(|p| p * EDGE), EDGE)
+            {
+                self.allocate(place);
+            }
+        }
+    }
+
+    /// Cells that are to be covered, and to be uncovered, in the order of their slots.
+    fn changes(&mut self, time: f64) -> (Vec<Cell>, Vec<Cell>) {
+        let (mut covered, mut uncovered) = (Vec::new(), Vec::new());
+        let slots: Vec<usize> = self.slots().collect();
+        for slot in slots {
+            let place = self.links[slot].place.map(|p| p as usize);
+            let last = [0, 1, 2].map(|a| self.topology.last(place[a], a));
+            for row in 0..ROWS {
+                let (y, z) = (row % EDGE, row / EDGE);
+                if y > last[1] || z > last[2] || !self.solids.due(slot, row, time) {
+                    continue;
+                }
+                let at = [place[0] * EDGE, place[1] * EDGE + y, place[2] * EDGE + z];
+                let now = self.solids.covered(slot, row, at, last[0] + 1, time);
+                let before = self.kinds[slot][row].immersed;
+                let cells = |bits: u8| {
+                    (0..EDGE).filter(move |k| bits >> k & 1 == 1).map(move |k| (slot, row * EDGE + k))
+                };
+                covered.extend(cells(now & !before));
+                uncovered.extend(cells(before & !now));
+            }
+        }
+        (covered, uncovered)
+    }
+
+    fn set_solid(&mut self, (slot, cell): Cell, solid: bool) {
+        let bit = 1u8 << (cell % EDGE);
+        let kinds = &mut self.kinds[slot][cell / EDGE];
+        for bits in [&mut kinds.solid, &mut kinds.immersed] {
+            *bits = *bits & !bit | if solid { bit } else { 0 };
+        }
+        self.touch(slot, cell);
+    }
+
+    fn uncover(&mut self, uncovered: &[Cell], ledger: &mut Ledger) {
+        let (mut liquid, mut interface) = (Vec::new(), Vec::new());
+        for &cell in uncovered {
+            let around: Vec<Cell> = self.around(cell).map(|(beside, _)| beside).collect();
+            let wet = around.iter().any(|beside| self.is_liquid(*beside));
+            let air = around.iter().any(|beside| self.is_air(*beside));
+            match (wet, air) {
+                (true, false) => liquid.push(cell),
+                (true, true) => interface.push(cell),
+                (false, false) if around.iter().any(|beside| self.is_interface(*beside)) => {
+                    interface.push(cell)
+                }
+                _ => {}
+            }
+        }
+        let fresh = |grid: &Self, cells: &[Cell]| -> Vec<[T; Q]> {
+            cells.iter().map(|cell| grid.mean_equilibrium(*cell)).collect()
+        };
+        let (full, empty) = (fresh(self, &liquid), fresh(self, &interface));
+        let shares: Vec<f64> = interface.iter().map(|cell| self.paid(*cell)).collect();
+        for &cell in uncovered {
+            self.set_solid(cell, false);
+        }
+        for (cell, f) in liquid.iter().zip(&full) {
+            self.set_populations(*cell, f);
+            self.set_kind(*cell, true, false);
+            ledger.swept -= 1.0 + density_and_momentum(f).0;
+        }
+        for ((cell, f), share) in interface.iter().zip(&empty).zip(shares) {
+            self.set_populations(*cell, f);
+            self.set_interface(*cell, share, T::from_f64(share));
+            ledger.swept -= share;
+        }
+        // Liquid never touches air.
+        for &(slot, cell) in &liquid {
+            self.allocate_around(slot, cell);
+        }
+        let mut wetted: Vec<Cell> = liquid
+            .iter()
+            .flat_map(|cell| self.around(*cell).map(|(beside, _)| beside).collect::<Vec<_>>())
+            .filter(|beside| self.is_air(*beside))
+            .collect();
+        wetted.sort_unstable();
+        wetted.dedup();
+        let fresh = fresh(self, &wetted);
+        for (cell, f) in wetted.iter().zip(&fresh) {
+            self.set_populations(*cell, f);
+            self.set_interface(*cell, 0.0, T::ZERO);
+        }
+    }
+
+    /// Share of the links into an uncovered cell through which liquid has paid for it.
+    fn paid(&self, cell: Cell) -> f64 {
+        let (mut liquid, mut all) = (0.0, 0.0);
+        for (i, (beside, _)) in (1..Q).zip(self.around(cell)) {
+            if self.is_liquid(beside) {
+                liquid += W[i];
+            }
+            if self.is_liquid(beside) || self.is_interface(beside) || self.is_air(beside) {
+                all += W[i];
+            }
+        }
+        liquid / all
+    }
+
+    /// Whether liquid touches a solid.
+    pub(crate) fn solids_touch_liquid(&self) -> bool {
+        self.slots().any(|slot| {
+            (0..ROWS * EDGE).any(|cell| self.is_liquid((slot, cell)) && self.touches_solid((slot, cell)))
+        })
+    }
+}

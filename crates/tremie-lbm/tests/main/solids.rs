@@ -1,0 +1,212 @@
+//! Solids in the domain: what they do to the fluid, and it to them.
+
+use std::f64::consts::PI;
+
+use tremie_lbm::LatticeBoltzmann;
+use tremie_numerics::DVec3;
+use tremie_simulation::{Cells, Simulation};
+
+use crate::{advance, advanced, case, cells};
+
+const THIN: &str = "[material]\ndensity = \"1000 kg/m3\"\nnewtonian.viscosity = \"1 Pa s\"\n";
+const CONCRETE: &str = "[material]\ndensity = \"2300 kg/m3\"\n\
+     bingham = { yield_stress = \"50 Pa\", plastic_viscosity = \"20 Pa s\" }\n";
+
+/// Mean velocity over the fluid in m/s.
+fn mean_velocity(cells: &Cells) -> DVec3 {
+    let weighed = cells.velocity.iter().zip(&cells.fill).map(|(u, fill)| *u * *fill);
+    weighed.sum::<DVec3>() / cells.fill.iter().sum::<f64>()
+}
+
+#[test]
+fn a_plate_under_a_fluid_bears_its_weight() {
+    let text = format!(
+        "{THIN}[domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"0.1 m\", \"0.08 m\", \"0.2 m\"]\n\
+         [[fluid]]\nbox = {{ min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"0.1 m\", \"0.1 m\", \"0.1537 m\"] }}\n\
+         [[solid]]\nbox = {{ min = [\"-1 m\", \"-1 m\", \"-1 m\"], max = [\"1 m\", \"1 m\", \"0.03 m\"] }}\n\
+         [lbm]\ncell_size = \"10 mm\"\nprecision = \"f64\"\nhydrostatic_error = \"0.1 %\"\n"
+    );
+    let load = advanced(&case(&text), 3000).snapshot().solids[0];
+    let weight = 1000.0 * 9.81 * 0.1 * 0.08 * 0.1237;
+    assert!((load.force.z / -weight - 1.0).abs() < 5e-3, "{load:?} {weight}");
+    assert!(load.force.x.abs() < 1e-3 * weight && load.force.y.abs() < 1e-3 * weight, "{load:?}");
+    // The weight acts in the middle.
+    let moment = DVec3::new(0.05, 0.04, 0.0).cross(load.force);
+    assert!((load.moment - moment).length() < 1e-3 * weight * 0.1, "{load:?} {moment}");
+}
+
+#[test]
+fn a_plate_that_moves_drags_as_a_side_that_moves() {
+    let channel = |height: &str, sides: &str, solid: &str| {
+        format!(
+            "{CONCRETE}[domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"80 mm\", \"10 mm\", \"{height}\"]\n\
+             gravity = [\"0 m/s2\", \"0 m/s2\", \"0 m/s2\"]\n\
+             sides = {{ x_min = \"periodic\", x_max = \"periodic\", y_min = \"periodic\", y_max = \"periodic\"{sides} }}\n\
+             [[fluid]]\nbox = {{ min = [\"-1 m\", \"-1 m\", \"-1 m\"], max = [\"1 m\", \"1 m\", \"1 m\"] }}\n{solid}\n\
+             [lbm]\ncell_size = \"10 mm\"\nprecision = \"f64\"\ntime_step = \"1 ms\"\n"
+        )
+    };
+    let side = channel("120 mm", ", z_max = { velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"] }", "");
+    let solid = "[[solid]]\nbox = { min = [\"-9 m\", \"-9 m\", \"0.12 m\"], max = [\"9 m\", \"9 m\", \"9 m\"] }\n\
+                 motion.uniform.velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"]";
+    let (by_side, by_solid) =
+        (advanced(&case(&side), 2000), advanced(&case(&channel("150 mm", "", solid)), 2000));
+    let (a, b) = (cells(&*by_side), cells(&*by_solid));
+    for k in 0..12 {
+        let (u, v) = (a.velocity[a.index(3, 0, k)].x, b.velocity[b.index(3, 0, k)].x);
+        // A solid drags with the density at hand, a side with the mean density.
+        assert!((u / v - 1.0).abs() < 1e-5, "{k}: {u} {v}");
+        assert!(u > 0.0);
+    }
+    // The plate drags with the stress that the fluid has everywhere; friction holds it back.
+    let drag = by_solid.snapshot().solids[0].force.x;
+    let stress = b.stress[b.index(3, 0, 6)];
+    assert!((-drag / (0.08 * 0.01) / stress - 1.0).abs() < 0.02, "{drag} {stress}");
+}
+
+#[test]
+fn drag_on_a_sphere_in_a_cubic_array() {
+    // Sangani and Acrivos 1982, Eq. 46 and Table 1 (after Hasimoto 1959): F = 6 pi mu a U K with the mean velocity U.
+    let (n, diameter) = (24.0, 12.0);
+    let (size, gravity, viscosity) = (0.01, 1e-3, 1.0);
+    let text = format!(
+        "{THIN}[domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"0.24 m\", \"0.24 m\", \"0.24 m\"]\n\
+         gravity = [\"1 mm/s2\", \"0 m/s2\", \"0 m/s2\"]\n\
+         sides = {{ x_min = \"periodic\", x_max = \"periodic\", y_min = \"periodic\", y_max = \"periodic\", \
+         z_min = \"periodic\", z_max = \"periodic\" }}\n\
+         [[fluid]]\nbox = {{ min = [\"-1 m\", \"-1 m\", \"-1 m\"], max = [\"1 m\", \"1 m\", \"1 m\"] }}\n\
+         [[solid]]\nsphere = {{ centre = [\"0.12 m\", \"0.12 m\", \"0.12 m\"], diameter = \"0.12 m\" }}\n\
+         [lbm]\ncell_size = \"10 mm\"\nprecision = \"f64\"\ntime_step = \"16 ms\"\n"
+    );
+    let simulation = advanced(&case(&text), 3000);
+    let snapshot = cells(&*simulation);
+    let flux = mean_velocity(&snapshot).x * snapshot.fill.iter().sum::<f64>() / f64::powi(n, 3);
+    let share: f64 = PI / 6.0 * f64::powi(diameter / n, 3);
+    let c = share.cbrt();
+    let resistance =
+        1.0 / (1.0 - 1.7601 * c + share - 1.5593 * share.powi(2) + 3.9799 * c.powi(8) - 3.0734 * c.powi(10));
+    let drag = 6.0 * PI * viscosity * (0.5 * diameter * size) * flux * resistance;
+    // The pressure gradient that drives the flow in the reference also acts on the sphere's volume.
+    let whole = 1000.0 * gravity * f64::powi(n * size, 3);
+    assert!((drag / whole - 1.0).abs() < 0.05, "{drag} {whole}");
+    // Steady: the sphere holds all that gravity drives.
+    let force = simulation.snapshot().solids[0].force;
+    let driven = 1000.0 * gravity * size.powi(3) * snapshot.fill.iter().sum::<f64>();
+    assert!((force.x / driven - 1.0).abs() < 1e-3, "{force} {driven}");
+    assert!(force.y.abs() < 1e-9 * driven && force.z.abs() < 1e-9 * driven, "{force}");
+}
+
+/// A stick that is plunged into a tank, drawn through it and out again, at up to 0.3 m/s.
+fn stirred(precision: &str, surface: &str) -> String {
+    format!(
+        "{CONCRETE}[domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"0.24 m\", \"0.12 m\", \"0.2 m\"]\n\
+         [[fluid]]\nbox = {{ min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"0.24 m\", \"0.12 m\", \"0.104 m\"] }}\n\
+         [[solid]]\ncapsule = {{ start = [\"0.07 m\", \"0.05 m\", \"0.16 m\"], end = [\"0.06 m\", \"0.05 m\", \"0.3 m\"], \
+         diameter = \"43 mm\" }}\nsurface = \"{surface}\"\n\
+         motion.path.points = [{{ time = \"0 s\", offset = [\"0 m\", \"0 m\", \"0 m\"] }}, \
+         {{ time = \"0.4 s\", offset = [\"0 m\", \"0 m\", \"-0.1 m\"] }}, \
+         {{ time = \"0.7 s\", offset = [\"0.09 m\", \"0.01 m\", \"-0.1 m\"] }}, \
+         {{ time = \"1 s\", offset = [\"0.09 m\", \"0.01 m\", \"0.02 m\"] }}]\n\
+         [lbm]\ncell_size = \"10 mm\"\nprecision = \"{precision}\"\n"
+    )
+}
+
+#[test]
+fn mass_is_kept_where_solids_cover_and_uncover() {
+    for surface in ["no_slip", "free_slip"] {
+        let case = case(&stirred("f64", surface));
+        let mut simulation = LatticeBoltzmann::<f64>::new(&case);
+        let start = simulation.mass();
+        let mut steps = 0;
+        while simulation.time() < 1.2 {
+            advance(&mut simulation, 1);
+            steps += 1;
+            if steps % 100 == 99 {
+                let mass = simulation.mass();
+                assert!((mass / start - 1.0).abs() < 1e-9, "{surface} at {}: {mass}", simulation.time());
+            }
+        }
+        let volume = cells(&simulation).fill.iter().sum::<f64>() * 1e-6;
+        assert!((volume * 2300.0 / start - 1.0).abs() < 0.01, "{surface}: {volume}");
+    }
+}
+
+#[test]
+fn solids_give_the_same_bits_on_any_number_of_threads_and_after_a_restart() {
+    let case = case(&stirred("f32", "free_slip"));
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| advanced(&case, 1500).save())
+    };
+    let alone = with(1);
+    assert!(alone == with(3));
+    let saved = advanced(&case, 700).save();
+    let mut other = tremie_lbm::simulation(&case);
+    other.restore(&saved).unwrap();
+    assert!(other.save() == saved);
+    advance(&mut *other, 800);
+    assert!(other.save() == alone);
+}
+
+#[test]
+fn free_slip_walls_let_a_plug_go_on() {
+    // Walls along the lattice, and a round pipe, whose wall is a staircase across the flow.
+    let walls = "[[solid]]\nbox = { min = [\"-1 m\", \"-1 m\", \"-1 m\"], max = [\"1 m\", \"0.03 m\", \"1 m\"] }\nsurface = \"free_slip\"\n\
+                 [[solid]]\nbox = { min = [\"-1 m\", \"0.13 m\", \"-1 m\"], max = [\"1 m\", \"1 m\", \"1 m\"] }\nsurface = \"free_slip\"\n";
+    let pipe = "[[solid]]\nsurface = \"free_slip\"\n\
+                difference.from.box = { min = [\"-1 m\", \"-1 m\", \"-1 m\"], max = [\"1 m\", \"1 m\", \"1 m\"] }\n\
+                difference.without = [{ cylinder = { point = [\"0 m\", \"0.083 m\", \"0.08 m\"], axis = [1, 0, 0], diameter = \"0.13 m\" } }]\n";
+    for (solids, sides) in [(walls, "z_min = \"periodic\", z_max = \"periodic\""), (pipe, "y_min = \"wall\"")]
+    {
+        for material in [THIN, CONCRETE] {
+            let text = format!(
+                "{material}[domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"80 mm\", \"160 mm\", \"160 mm\"]\n\
+                 gravity = [\"0 m/s2\", \"0 m/s2\", \"0 m/s2\"]\n\
+                 sides = {{ x_min = \"periodic\", x_max = \"periodic\", {sides} }}\n\
+                 [[fluid]]\nbox = {{ min = [\"-1 m\", \"-1 m\", \"-1 m\"], max = [\"1 m\", \"1 m\", \"1 m\"] }}\n\
+                 velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"]\n{solids}\n\
+                 [lbm]\ncell_size = \"10 mm\"\nprecision = \"f64\"\ntime_step = \"2 ms\"\n"
+            );
+            let velocity = mean_velocity(&cells(&*advanced(&case(&text), 1000)));
+            assert!((velocity - DVec3::new(0.1, 0.0, 0.0)).length() < 1e-10, "{velocity}");
+        }
+    }
+}
+
+/// A small cone that is lifted from concrete; `min` is the domain's lower end in x and y.
+fn lifted(min: &str, sides: &str) -> String {
+    format!(
+        "{CONCRETE}[domain]\nmin = [\"{min}\", \"{min}\", \"0 m\"]\nmax = [\"0.21 m\", \"0.21 m\", \"0.2 m\"]\n{sides}\n\
+         [[fluid]]\ncone = {{ base = [\"0 m\", \"0 m\", \"0 m\"], base_diameter = \"200 mm\", \
+         top_diameter = \"100 mm\", height = \"150 mm\" }}\n\
+         [[solid]]\ncone_shell = {{ base = [\"0 m\", \"0 m\", \"0 m\"], base_diameter = \"200 mm\", \
+         top_diameter = \"100 mm\", height = \"150 mm\", thickness = \"20 mm\" }}\n\
+         motion.uniform.velocity = [\"0 m/s\", \"0 m/s\", \"0.3 m/s\"]\n\
+         [lbm]\ncell_size = \"10 mm\"\nprecision = \"f64\"\n"
+    )
+}
+
+#[test]
+fn a_quarter_of_a_lifted_cone_is_the_whole() {
+    let symmetric = "sides = { x_min = \"symmetry\", y_min = \"symmetry\" }\n";
+    let whole = advanced(&case(&lifted("-0.21 m", "")), 300);
+    let quarter = advanced(&case(&lifted("0 m", symmetric)), 300);
+    let (a, b) = (cells(&*quarter), cells(&*whole));
+    let shift = ((a.origin - b.origin) / a.size).round();
+    let (mut fill, mut speed): (f64, f64) = (0.0, 0.0);
+    for k in 0..a.count[2] {
+        for j in 0..a.count[1] {
+            for i in 0..a.count[0] {
+                let n = a.index(i, j, k);
+                let m = b.index(i + shift.x as usize, j + shift.y as usize, k + shift.z as usize);
+                assert_eq!(a.solid[n], b.solid[m]);
+                fill = fill.max((a.fill[n] - b.fill[m]).abs());
+                speed = speed.max((a.velocity[n] - b.velocity[m]).length());
+            }
+        }
+    }
+    assert!(fill < 1e-10 && speed < 1e-9, "{fill} {speed}");
+    let (part, all) = (quarter.snapshot().solids[0].force, whole.snapshot().solids[0].force);
+    assert!((4.0 * part.z / all.z - 1.0).abs() < 1e-9, "{part} {all}");
+    assert!(all.truncate().length() < 1e-6 * all.z.abs(), "{all}");
+}
