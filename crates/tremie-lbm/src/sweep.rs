@@ -30,7 +30,8 @@ impl<T: Real> Grid<T> {
         if covered.is_empty() && uncovered.is_empty() {
             return;
         }
-        let (mut left, mut stores): (Vec<(Cell, f64)>, Vec<(Cell, f64)>) = (Vec::new(), Vec::new());
+        let mut left: Vec<(Cell, f64)> = Vec::new();
+        let mut stores: Vec<(Cell, f64)> = Vec::new();
         for &cell in &covered {
             if self.is_liquid(cell) {
                 let store = self.mass[cell.0][cell.1];
@@ -143,7 +144,7 @@ impl<T: Real> Grid<T> {
                 (true, false) => liquid.push(cell),
                 (true, true) => interface.push(cell),
                 (false, false) if around.iter().any(|beside| self.is_interface(*beside)) => {
-                    interface.push(cell)
+                    interface.push(cell);
                 }
                 _ => {}
             }

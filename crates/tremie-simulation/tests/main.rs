@@ -168,6 +168,7 @@ fn case() -> Case {
             gravity: DVec3::new(0.0, 0.0, -9.81),
             sides: [Side::Symmetry, wall, Side::Symmetry, wall, wall, wall],
         },
+        solids: Vec::new(),
         fluid: vec![FluidRegion {
             shape: Shape::Sphere { centre: DVec3::ZERO, radius: 0.1 },
             velocity: DVec3::ZERO,

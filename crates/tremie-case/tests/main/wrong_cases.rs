@@ -240,7 +240,7 @@ const WRONG_SOLIDS: &[(&str, usize, usize, &str)] = &[
         "sphere = { centre = [\"0.2 m\", \"0.1 m\", \"0.1 m\"], diameter = \"20 mm\" }\n\
          motion.path.points = [{ time = \"2 s\", offset = [\"0 m\", \"0 m\", \"0 m\"] }, { time = \"1 s\", offset = [\"0 m\", \"0 m\", \"0 m\"] }]",
         3,
-        84,
+        82,
         "write more than \"2 s\"",
     ),
 ];
