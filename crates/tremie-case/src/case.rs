@@ -7,7 +7,7 @@ use tremie_numerics::{DVec2, DVec3};
 use tremie_rheology::FlowCurve;
 
 use crate::document::Document;
-use crate::fault::{CaseError, InvalidCase};
+use crate::fault::{CaseError, Fault, InvalidCase};
 use crate::{check, schema};
 
 /// What is to be computed: complete, checked, and free of contradictions.
@@ -32,6 +32,8 @@ pub struct Case {
     pub gauges: Gauges,
     /// What is written during the run.
     pub output: Output,
+    /// Where it was read from, for messages.
+    pub name: String,
     /// The case file as read.
     pub text: String,
 }
@@ -233,7 +235,7 @@ impl Case {
     /// Reads a case from `text`; `name` stands for the file in messages.
     pub fn parse(name: &str, text: &str) -> Result<Self, CaseError> {
         let case = Document::parse(text).and_then(|document| {
-            let case = schema::read(&document, text)?;
+            let case = schema::read(&document, name, text)?;
             check::check(&case, &document)?;
             Ok(case)
         });
@@ -245,5 +247,14 @@ impl Case {
         let text = std::fs::read_to_string(path)
             .map_err(|source| CaseError::Read { path: path.to_owned(), source })?;
         Self::parse(&path.display().to_string(), &text)
+    }
+
+    /// What somebody further up finds wrong with this case, told at the first of `keys` that stands in the file.
+    pub fn refuse(&self, keys: &[&str], problem: impl Into<String>, advice: impl Into<String>) -> CaseError {
+        let span = Document::parse(&self.text).map_or(0..0, |document| {
+            let found = keys.iter().find_map(|key| document.find(key));
+            found.unwrap_or_else(|| document.locate(keys.first().copied().unwrap_or_default()))
+        });
+        InvalidCase::new(&self.name, &self.text, Fault::new(span, problem, advice)).into()
     }
 }

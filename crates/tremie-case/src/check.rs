@@ -14,6 +14,15 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// More cells than this have no place in the memory of any machine that is likely to run the case.
 const MOST_CELLS: f64 = 2_147_483_648.0;
 
+/// Fewer cells than this between walls resolve no flow.
+const FEWEST_CELLS: f64 = 4.0;
+
+/// Fluid that nowhere reaches so far into the domain, as a share of a cell, is none.
+const LEAST_FLUID: f64 = 0.25;
+
+/// Numbers of files have six digits.
+const MOST_FILES: f64 = 999_999.0;
+
 /// A domain is a whole number of cells if it is one up to this share of a cell.
 const CELL_TOLERANCE: f64 = 1e-6;
 
@@ -26,12 +35,17 @@ pub(crate) fn check(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
         Method::Lbm(lbm) => cells(&case.domain, lbm, document)?,
     }
     for (index, region) in case.fluid.iter().enumerate() {
-        fluid(region, &format!("fluid.{index}"), &case.domain, document)?;
+        let path = format!("fluid.{index}");
+        fluid(region, &path, &case.domain, document)?;
+        let Method::Lbm(lbm) = &case.method;
+        holds(&region.shape, &path, &case.domain, lbm.cell_size, document)?;
     }
     for (index, solid) in case.solids.iter().enumerate() {
         self::solid(solid, &format!("solid.{index}"), case, document)?;
     }
-    gauges(case, document)
+    gauges(case, document)?;
+    stop(case, document)?;
+    output(case, document)
 }
 
 /// Viscosities that bound each other are in the right order.
@@ -151,6 +165,26 @@ fn cells(domain: &Domain, lbm: &Lbm, document: &Document<'_>) -> Result<(), Faul
             .related(Some(cell_size_span), "the cell size"));
         }
     }
+    for (axis, name) in AXES.iter().enumerate() {
+        let walls = [2 * axis, 2 * axis + 1].map(|side| matches!(domain.sides[side], Side::Wall { .. }));
+        if walls.contains(&true) && cells[axis].round() < FEWEST_CELLS {
+            let size = tidy((domain.max[axis] - domain.min[axis]) / FEWEST_CELLS);
+            return Err(Fault::new(
+                cell_size_span,
+                format!(
+                    "the domain is only {} cells across along {name}, too few beside a wall",
+                    cells[axis].round()
+                ),
+                format!("write \"{size} m\" at most"),
+            )
+            .related(document.find(&format!("domain.max.{axis}")), "the domain's corner")
+            .help(format!(
+                "a planar flow is one cell thick between periodic sides: {} = \"periodic\", {} = \"periodic\"",
+                SIDE_KEYS[2 * axis],
+                SIDE_KEYS[2 * axis + 1]
+            )));
+        }
+    }
     Ok(())
 }
 
@@ -228,6 +262,54 @@ fn shape(shape: &Shape, path: &str, document: &Document<'_>) -> Result<(), Fault
     }
 }
 
+/// Some of a shape lies within the domain: its bounds alone do not tell of a round one.
+fn holds(
+    shape: &Shape,
+    path: &str,
+    domain: &Domain,
+    cell_size: f64,
+    document: &Document<'_>,
+) -> Result<(), Fault> {
+    if reaches(shape, domain.min, domain.max, LEAST_FLUID * cell_size) {
+        return Ok(());
+    }
+    Err(Fault::new(
+        document.locate(path),
+        "none of this fluid lies in the domain",
+        format!("move it, or make it larger than a cell (\"{cell_size} m\")"),
+    )
+    .related(document.find("domain"), "the domain"))
+}
+
+/// Whether a shape has points in a box, found by halving the box; parts smaller than `least` may be missed.
+fn reaches(shape: &Shape, min: DVec3, max: DVec3, least: f64) -> bool {
+    let (centre, half) = (0.5 * (min + max), 0.5 * (max - min));
+    let distance = shape.signed_distance(centre);
+    if distance < 0.0 {
+        return true;
+    }
+    // A box wholly outside, one too small, and one so far away that there are no numbers for it.
+    if distance.is_nan() || distance >= half.length() || half.max_element() < least {
+        return false;
+    }
+    let axis = half.max_position();
+    let mut cut = [max, min];
+    cut[0][axis] = centre[axis];
+    cut[1][axis] = centre[axis];
+    reaches(shape, min, cut[0], least) || reaches(shape, cut[1], max, least)
+}
+
+/// The stop rule can apply before the run ends.
+fn stop(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
+    match (&case.stop.rest, document.find("stop.rest.duration")) {
+        (Some(rest), Some(span)) if rest.duration > case.stop.time => {
+            Err(Fault::new(span, "the run ends before it can have been at rest for so long", "write less")
+                .related(document.find("stop.time"), "the end of the run"))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// A solid is thick enough for the cells, moves forwards in time, and meets the domain.
 fn solid(solid: &Solid, path: &str, case: &Case, document: &Document<'_>) -> Result<(), Fault> {
     parts(&solid.body, path, case, document)?;
@@ -286,6 +368,26 @@ fn parts(body: &Body, path: &str, case: &Case, document: &Document<'_>) -> Resul
     }
 }
 
+/// Files are no more than their numbers.
+fn output(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
+    let output = &case.output;
+    let intervals =
+        [("snapshot_interval", output.snapshot_interval), ("picture_interval", output.picture_interval)];
+    for (key, interval) in intervals {
+        if let Some(interval) = interval
+            && case.stop.time / interval > MOST_FILES
+        {
+            return Err(Fault::new(
+                document.locate(&format!("output.{key}")),
+                format!("`output.{key}` asks for more than {MOST_FILES} files"),
+                format!("write \"{} s\" at least", tidy(case.stop.time / 1000.0)),
+            )
+            .related(document.find("stop.time"), "the end of the run"));
+        }
+    }
+    Ok(())
+}
+
 /// What is measured is inside the domain, and what the stop rule asks for is measured.
 fn gauges(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
     match case.gauges.spread {
@@ -314,4 +416,23 @@ fn gauges(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shape_is_found_in_a_box_if_it_is_there() {
+        let sphere = |x: f64| Shape::Sphere { centre: DVec3::new(x, 1.0, 1.0), radius: 0.5 };
+        let within = |shape: &Shape| reaches(shape, DVec3::ZERO, DVec3::ONE, 1e-3);
+        // Its bounds overlap the box; the sphere itself reaches the corner or does not.
+        assert!(within(&sphere(1.49)));
+        assert!(!within(&sphere(1.51)));
+        let corner = |d: f64| Shape::Sphere { centre: DVec3::splat(1.0 + d), radius: 0.5 };
+        assert!(within(&corner(0.28)));
+        assert!(!within(&corner(0.3)));
+        // Smaller than what is looked for.
+        assert!(!within(&Shape::Sphere { centre: DVec3::splat(0.3), radius: 1e-6 }));
+    }
 }

@@ -36,8 +36,8 @@ const MOTION: Vector<3> = Vector(quantity(Dimension::SPEED, Bound::Any, "0 m/s")
 const VISCOSITY: Quantity = quantity(Dimension::VISCOSITY, Bound::Positive, "30 Pa s");
 
 /// Reads the document; what is wrong only in combination is left to `check`.
-pub(crate) fn read(document: &Document<'_>, text: &str) -> Result<Case, Fault> {
-    Ok(Case { text: text.to_owned(), ..CASE.read(&document.root())? })
+pub(crate) fn read(document: &Document<'_>, name: &str, text: &str) -> Result<Case, Fault> {
+    Ok(Case { name: name.to_owned(), text: text.to_owned(), ..CASE.read(&document.root())? })
 }
 
 /// The keys as JSON Schema.
@@ -88,6 +88,7 @@ const CASE: Section<Case> = {
                 gauges: t.need(&GAUGES_KEY)?,
                 stop: t.need(&STOP_KEY)?,
                 output: t.or(&OUTPUT_KEY)?,
+                name: String::new(),
                 text: String::new(),
             })
         },

@@ -113,32 +113,31 @@ impl Plan {
 
 /// Extent in m of the fluid along a direction.
 fn fluid_height(case: &Case, direction: DVec3) -> f64 {
-    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    let (low, high) = fluid_box(case);
+    (high - low).dot(direction.abs()).max(0.0)
+}
+
+/// Corners in m of the smallest box around the fluid within the domain.
+fn fluid_box(case: &Case) -> (DVec3, DVec3) {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for region in &case.fluid {
         let (min, max) = region.shape.bounds();
-        let (min, max) = (min.max(case.domain.min), max.min(case.domain.max));
-        let corners = (0..8).map(|n| {
-            let pick = |bit: usize, axis: usize| if n >> bit & 1 == 0 { min[axis] } else { max[axis] };
-            DVec3::new(pick(0, 0), pick(1, 1), pick(2, 2))
-        });
-        for corner in corners {
-            let along = corner.dot(direction);
-            low = low.min(along);
-            high = high.max(along);
-        }
+        low = low.min(min.max(case.domain.min));
+        high = high.max(max.min(case.domain.max));
     }
-    (high - low).max(0.0)
+    (low, high)
 }
 
 /// Volume of the fluid within the domain in m3, sampled on a coarse grid.
 fn fluid_volume(case: &Case) -> f64 {
     const SAMPLES: usize = 60;
-    let size = case.domain.max - case.domain.min;
+    let (low, high) = fluid_box(case);
+    let size = high - low;
     let mut inside = 0usize;
     for n in 0..SAMPLES.pow(3) {
         let at = |k: usize| (k as f64 + 0.5) / SAMPLES as f64;
         let share = DVec3::new(at(n % SAMPLES), at(n / SAMPLES % SAMPLES), at(n / SAMPLES / SAMPLES));
-        let p = case.domain.min + size * share;
+        let p = low + size * share;
         inside += usize::from(case.fluid.iter().any(|region| region.shape.signed_distance(p) < 0.0));
     }
     inside as f64 / SAMPLES.pow(3) as f64 * size.x * size.y * size.z

@@ -6,6 +6,15 @@ use std::path::Path;
 
 use crate::Error;
 
+/// Around the random part of the name of a file that is not whole yet.
+const UNFINISHED: [&str; 2] = [".", ".part"];
+
+/// Whether a file of this name was being written here, and is left over if nobody does so any more.
+pub fn is_unfinished(name: &str) -> bool {
+    let [prefix, suffix] = UNFINISHED;
+    name.strip_prefix(prefix).is_some_and(|rest| rest.ends_with(suffix))
+}
+
 /// Replaces the file at `path` by `content`.
 ///
 /// # Errors
@@ -28,7 +37,7 @@ fn replace(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) ->
         _ => Path::new("."),
     };
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".").suffix(".part");
+    builder.prefix(UNFINISHED[0]).suffix(UNFINISHED[1]);
     // Temporary files are private by default, results are not; the umask still applies.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
@@ -58,6 +67,7 @@ mod tests {
             Err(io::Error::other("disk full"))
         });
         assert!(matches!(failed, Err(Error::Io { .. })));
+        assert!(is_unfinished(".a1b2c3.part") && !is_unfinished("a.part") && !is_unfinished(".part.toml"));
         assert_eq!(std::fs::read(&path).unwrap(), b"first");
         write(&path, b"second").unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"second");

@@ -124,6 +124,20 @@ impl RunFolder {
         Ok(Self { path: path.to_owned() })
     }
 
+    /// Removes what a process that was killed left half-written.
+    ///
+    /// # Errors
+    /// If the file system refuses.
+    pub(crate) fn sweep(&self) -> Result<(), FolderError> {
+        for entry in std::fs::read_dir(&self.path).map_err(io_error(&self.path))? {
+            let entry = entry.map_err(io_error(&self.path))?;
+            if entry.file_name().to_str().is_some_and(atomic::is_unfinished) {
+                std::fs::remove_file(entry.path()).map_err(io_error(&entry.path()))?;
+            }
+        }
+        Ok(())
+    }
+
     /// Writes what describes a new run: the case as read, and the record.
     ///
     /// # Errors
@@ -246,6 +260,7 @@ fn belongs_to_run(name: &str) -> bool {
     };
     [CASE, RECORD, SUMMARY, SERIES, FLUID, SURFACE, REPORT, CHECKPOINT].contains(&name)
         || NUMBERED.iter().any(numbered)
+        || atomic::is_unfinished(name)
 }
 
 fn io_error(path: &Path) -> impl FnOnce(io::Error) -> FolderError {
@@ -362,8 +377,17 @@ mod tests {
     #[test]
     fn force_removes_the_files_of_a_run_and_no_others() {
         let place = tempfile::tempdir().unwrap();
-        let run =
-            [CASE, RECORD, SUMMARY, SERIES, CHECKPOINT, "fluid.pvd", "fluid_000012.vti", "cut_000000.png"];
+        let run = [
+            CASE,
+            RECORD,
+            SUMMARY,
+            SERIES,
+            CHECKPOINT,
+            "fluid.pvd",
+            "fluid_000012.vti",
+            "cut_000000.png",
+            ".a1b2c3.part",
+        ];
         let others = ["notes.txt", "fluid_.vti", "fluid_mine.vti", "above.png"];
         for name in run.iter().chain(&others) {
             std::fs::write(place.path().join(name), "").unwrap();

@@ -142,6 +142,7 @@ impl<'a> Run<'a> {
         folder: &'a RunFolder,
         resume: Option<Checkpoint>,
     ) -> Result<Self, RunError> {
+        folder.sweep()?;
         let before = folder.record()?;
         let resumed = match resume {
             Some(checkpoint) => {

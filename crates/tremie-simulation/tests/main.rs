@@ -189,6 +189,7 @@ fn case() -> Case {
             picture_interval: Some(0.5),
             checkpoint_interval: 1e9,
         },
+        name: "cake.toml".into(),
         text: "title = \"Cake\"\n".into(),
     }
 }

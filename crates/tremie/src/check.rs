@@ -8,7 +8,6 @@ use clap::Args;
 use serde_json::json;
 use tremie_case::Case;
 
-use crate::failure::WrongInput;
 use crate::numbers::{Numbers, duration};
 use crate::terminal;
 
@@ -36,40 +35,37 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let case = Case::read(&arguments.case)?;
     let numbers = Numbers::new(&case);
-    let refusal = numbers.too_large();
-    let pace = if refusal.is_none() { Some(Pace::measure(&case)?) } else { None };
+    if let Some(refusal) = numbers.refusal(&case) {
+        return Err(refusal.into());
+    }
+    let pace = Pace::measure(&case)?;
     let warnings = numbers.warnings();
 
     if arguments.json {
         let mut json = numbers.json();
         json["threads"] = json!(rayon::current_num_threads());
-        json["estimated_time_s"] = json!(pace.map(|pace| pace.step * numbers.plan.steps));
-        json["updates_per_second"] = json!(pace.map(|pace| pace.updates));
+        json["estimated_time_s"] = json!(pace.step * numbers.plan.steps);
+        json["updates_per_second"] = json!(pace.updates);
         json["warnings"] = json!(warnings);
         terminal::say(&format!("{json:#}"));
     } else {
         let mut rows = numbers.rows();
-        if let Some(pace) = pace {
-            let earlier = if case.stop.rest.is_some() { " at most; rest comes earlier" } else { "" };
-            let threads = rayon::current_num_threads();
-            rows.push((
-                "estimated time",
-                format!(
-                    "{}{earlier} ({:.0} M cell updates/s on {threads} threads)",
-                    duration(pace.step * numbers.plan.steps),
-                    1e-6 * pace.updates
-                ),
-            ));
-        }
+        let earlier = if case.stop.rest.is_some() { " at most; rest comes earlier" } else { "" };
+        let threads = rayon::current_num_threads();
+        rows.push((
+            "estimated time",
+            format!(
+                "{}{earlier} ({:.0} M cell updates/s on {threads} threads)",
+                duration(pace.step * numbers.plan.steps),
+                1e-6 * pace.updates
+            ),
+        ));
         terminal::say(&format!("{}\n{}", case.title, terminal::columns(&rows)));
         for warning in warnings {
             terminal::warn(&warning);
         }
     }
-    match refusal {
-        Some(refusal) => Err(WrongInput(refusal).into()),
-        None => Ok(ExitCode::SUCCESS),
-    }
+    Ok(ExitCode::SUCCESS)
 }
 
 /// How fast the simulation is at its start.

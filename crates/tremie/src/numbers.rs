@@ -3,7 +3,7 @@
 
 use indicatif::{HumanBytes, HumanCount};
 use serde_json::{Value, json};
-use tremie_case::{Case, Method, Side};
+use tremie_case::{Case, CaseError, Method, Side};
 use tremie_lbm::Plan;
 
 use crate::gaps::{self, Gap};
@@ -18,6 +18,15 @@ const HYDROSTATIC_ERROR: f64 = 0.05;
 const CELLS_ACROSS: f64 = 5.0;
 /// Cells across a gap between solids below which what flows through it is wrong.
 const CELLS_IN_GAP: f64 = 4.0;
+
+/// Cells across the fluid below which there is nothing to compute.
+const LEAST_CELLS_ACROSS: f64 = 1.0;
+/// Relative change of density under the fluid's own weight at which the method's state makes no sense at all.
+const BROKEN: f64 = 1.0;
+/// Cell updates a second that no machine of today exceeds, and steps a second.
+const FASTEST: [f64; 2] = [1e10, 1e6];
+/// A wall-clock time in s that nobody waits for.
+const YEAR: f64 = 3.15e7;
 
 /// The numbers of a case.
 pub(crate) struct Numbers {
@@ -169,6 +178,10 @@ impl Numbers {
             ),
         );
         warn(
+            plan.reference_speed == 0.0,
+            "nothing drives the fluid: gravity and all velocities are zero".to_owned(),
+        );
+        warn(
             self.cells_across < CELLS_ACROSS,
             format!(
                 "the fluid is only {:.1} cells across at its thinnest, less than 5; use smaller cells",
@@ -189,17 +202,77 @@ impl Numbers {
         warnings
     }
 
-    /// Whether all of this machine's memory is too little.
-    pub(crate) fn too_large(&self) -> Option<String> {
+    /// Why the case cannot be computed at all, or not on this machine.
+    pub(crate) fn refusal(&self, case: &Case) -> Option<CaseError> {
+        let plan = &self.plan;
+        if self.cells_across < LEAST_CELLS_ACROSS {
+            let thickness = significant(1e3 * self.cells_across * plan.scaling.cell_size);
+            return Some(case.refuse(
+                &["lbm.cell_size"],
+                format!("at its thinnest ({thickness} mm) the fluid is thinner than a cell"),
+                "write a fifth of that at most",
+            ));
+        }
+        // Only a time step that the case itself gives can be too long.
+        let given = &["lbm.time_step"];
+        if plan.hydrostatic_error > BROKEN {
+            let sound = plan.scaling.time_step * (0.02 / plan.hydrostatic_error).sqrt();
+            return Some(case.refuse(
+                given,
+                format!(
+                    "the time step is too long: the fluid's own weight would change its density by {} %",
+                    significant(100.0 * plan.hydrostatic_error)
+                ),
+                format!("write \"{} ms\" at most, or leave it out", significant(1e3 * sound)),
+            ));
+        }
+        let (cells, speed) = (plan.scaling.velocity(fastest(case)), fastest(case));
+        if cells * 3f64.sqrt() > 1.0 {
+            let sound = plan.scaling.time_step * 0.1 / cells;
+            return Some(case.refuse(
+                given,
+                format!(
+                    "the time step is too long: what moves at {} m/s would go {} cells a step, faster than sound",
+                    significant(speed),
+                    significant(cells)
+                ),
+                format!("write \"{} ms\" at most, or leave it out", significant(1e3 * sound)),
+            ));
+        }
+        let least = plan.steps * (plan.wet_cells / FASTEST[0]).max(1.0 / FASTEST[1]);
+        // What is not a number will never end either.
+        if least.is_nan() || least > YEAR {
+            return Some(case.refuse(
+                &["lbm.time_step", "stop.time"],
+                format!(
+                    "{:.1e} steps of {:.1e} s to the end of the run would take years",
+                    plan.steps, plan.scaling.time_step
+                ),
+                "use longer steps or larger cells, or stop earlier",
+            ));
+        }
         let memory = Memory::of_this_machine()?;
-        (self.plan.memory > memory.total).then(|| {
-            format!(
-                "the run needs about {} of memory, this machine has {}; use larger cells",
-                HumanBytes(self.plan.memory as u64),
-                HumanBytes(memory.total as u64)
+        (plan.memory > memory.total).then(|| {
+            case.refuse(
+                &["lbm.cell_size"],
+                format!(
+                    "the run needs about {} of memory, this machine has {}",
+                    HumanBytes(plan.memory as u64),
+                    HumanBytes(memory.total as u64)
+                ),
+                "use larger cells",
             )
         })
     }
+}
+
+/// Largest speed in m/s that the case itself gives to a wall or to fluid.
+fn fastest(case: &Case) -> f64 {
+    let walls = case.domain.sides.iter().map(|side| match side {
+        Side::Wall { velocity } => velocity.length(),
+        Side::Symmetry | Side::Periodic => 0.0,
+    });
+    walls.chain(case.fluid.iter().map(|region| region.velocity.length())).fold(0.0, f64::max)
 }
 
 /// Smallest extent in m of all the fluid together within the domain; periodic axes do not count.

@@ -110,8 +110,8 @@ impl Job {
         experiment: Option<&str>,
     ) -> anyhow::Result<Self> {
         let numbers = Numbers::new(&case);
-        if let Some(refusal) = numbers.too_large() {
-            return Err(WrongInput(refusal).into());
+        if let Some(refusal) = numbers.refusal(&case) {
+            return Err(refusal.into());
         }
         let out = place.out.unwrap_or_else(|| Path::new(RUNS).join(name));
         let folder = RunFolder::create(&out, place.force)?;

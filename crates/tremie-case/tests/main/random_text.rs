@@ -70,6 +70,36 @@ fn piece() -> impl Strategy<Value = String> {
     prop_oneof![proptest::sample::select(pieces.to_vec()).prop_map(str::to_owned), ".{0,3}"]
 }
 
+/// The words, numbers, signs and spaces of a text.
+fn tokens(text: &str) -> Vec<String> {
+    let mut tokens: Vec<String> = Vec::new();
+    for c in text.chars() {
+        match tokens.last_mut() {
+            Some(last) if last.ends_with(is_word) && is_word(c) => last.push(c),
+            _ => tokens.push(c.to_string()),
+        }
+    }
+    tokens
+}
+
+fn is_word(c: char) -> bool {
+    c.is_alphanumeric() || c == '_'
+}
+
+/// Numbers at the ends of what can be written.
+const EXTREMES: [&str; 10] = [
+    "0",
+    "-0",
+    "1e308",
+    "-1e308",
+    "1e-308",
+    "5e-324",
+    "9007199254740993",
+    "99999999999999999999",
+    "nan",
+    "inf",
+];
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
@@ -103,6 +133,25 @@ proptest! {
             _ => format!("{text}\n"),
         });
         read_and_show(&lines.collect::<String>());
+    }
+
+    #[test]
+    fn any_change_of_tokens_in_a_right_case_is_read_or_refused(
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<prop::sample::Index>(), 0..6), 1..6),
+    ) {
+        let mut tokens = tokens(SLUMP_FLOW);
+        for (place, other, change) in changes {
+            let (place, other) = (place.index(tokens.len()), other.index(tokens.len()));
+            match change {
+                0 => tokens.swap(place, other),
+                1 => tokens[place] = tokens[other].clone(),
+                2 => tokens.insert(place, tokens[other].clone()),
+                3 => drop(tokens.remove(place)),
+                4 => tokens[place] = tokens[place].replace(|c: char| c.is_ascii_digit(), "9"),
+                _ => tokens[place] = EXTREMES[other % EXTREMES.len()].to_owned(),
+            }
+        }
+        read_and_show(&tokens.concat());
     }
 
     #[test]

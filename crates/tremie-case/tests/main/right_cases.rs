@@ -57,6 +57,7 @@ fn every_value_arrives_in_si_units() {
         },
         gauges: Gauges { interval: 0.02, spread: Some(SpreadGauge { centre: DVec2::ZERO }) },
         output: Output { snapshot_interval: Some(1.0), picture_interval: None, checkpoint_interval: 60.0 },
+        name: "slump_flow.toml".to_owned(),
         text: SLUMP_FLOW.to_owned(),
     };
     assert_eq!(case, expected);

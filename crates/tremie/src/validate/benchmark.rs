@@ -55,6 +55,9 @@ impl Benchmark {
     }
 }
 
+/// A row of a table: column names to numbers.
+pub(super) type Row = BTreeMap<&'static str, f64>;
+
 /// One quantity held against its reference.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Check {
@@ -101,16 +104,21 @@ impl<'a> Context<'a> {
         Ok(Case::parse(&path, self.benchmark.file(name)?)?)
     }
 
-    /// Rows of the folder's `reference.csv`: column names to numbers.
-    pub(super) fn reference(&self) -> anyhow::Result<Vec<BTreeMap<&'static str, f64>>> {
-        let text = self.benchmark.file("reference.csv")?;
+    /// Rows of the folder's `reference.csv`.
+    pub(super) fn reference(&self) -> anyhow::Result<Vec<Row>> {
+        self.table("reference.csv")
+    }
+
+    /// Rows of a table in the folder.
+    pub(super) fn table(&self, name: &str) -> anyhow::Result<Vec<Row>> {
+        let text = self.benchmark.file(name)?;
         let mut lines = text.lines().filter(|line| !line.starts_with('#'));
         let names: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
         lines
             .map(|line| {
                 let numbers = line.split(',').map(|number| number.trim().parse::<f64>());
                 let numbers: Result<Vec<f64>, _> = numbers.collect();
-                let numbers = numbers.with_context(|| format!("reference.csv of {}", self.benchmark.id))?;
+                let numbers = numbers.with_context(|| format!("{name} of {}", self.benchmark.id))?;
                 Ok(names.iter().copied().zip(numbers).collect())
             })
             .collect()

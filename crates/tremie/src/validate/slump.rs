@@ -10,7 +10,7 @@ use tremie_rheology::FlowCurve;
 use tremie_simulation::Cells;
 use tremie_simulation::gauges::TargetTime;
 
-use super::benchmark::{Check, Context, shown};
+use super::benchmark::{Check, Context, Row, shown};
 use super::flow::{Flow, cell_at, centres};
 use super::report;
 
@@ -139,6 +139,50 @@ fn lifted(context: &Context, speed: Option<f64>) -> anyhow::Result<Lifted> {
 fn centres_and_fills(cells: &Cells) -> impl Iterator<Item = (f64, f64)> {
     let layer = cells.count[0] * cells.count[1];
     cells.fill.iter().enumerate().map(move |(n, fill)| (cells.centre(0, 0, n / layer).z, *fill))
+}
+
+/// Plastic viscosities in Pa s of the stiff cones. The first lets them down so slowly that inertia does not count; with the second it
+/// carries them past the slump at which the weight is in balance, which is shown.
+const STIFF: [f64; 2] = [1000.0, 50.0];
+
+/// Slump of three stiff mixes.
+pub(super) fn slump_stiff(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let rows = context.reference()?;
+    let runs: Vec<(&Row, f64)> =
+        STIFF.iter().flat_map(|viscosity| rows.iter().map(|row| (row, *viscosity))).collect();
+    runs.par_iter().with_max_len(1).map(|(row, viscosity)| stiff_cone(context, row, *viscosity)).collect()
+}
+
+fn stiff_cone(context: &Context, row: &Row, plastic_viscosity: f64) -> anyhow::Result<Check> {
+    let mut case = context.case("case.toml")?;
+    let height = case.fluid[0].shape.bounds().1.z;
+    let weight = case.material.density * -case.domain.gravity.z * height;
+    case.material.curve = FlowCurve::Bingham { yield_stress: row["tau"] * weight, plastic_viscosity };
+    let readings = Flow::new(case).until_rest(|_| {})?;
+    let spread = readings.spread.ok_or_else(|| anyhow!("the case has no spread gauge"))?;
+    let slump = 1.0 - spread.height / height;
+    // The nearest point of the band between the two criteria.
+    let band = slump.clamp(row["tresca"], row["von_mises"]);
+    let what = format!("slump over H, tau' {}, {plastic_viscosity} Pa s", row["tau"]);
+    let check = context.absolute("slump", what, "", band, slump)?;
+    Ok(if plastic_viscosity == STIFF[0] { check } else { Check { tolerance: None, ..check } })
+}
+
+/// The slump test of the thesis (Svec 2013, 2.3.1).
+pub(super) fn slump_thesis(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let case = context.case("case.toml")?;
+    let weight = case.material.density * -case.domain.gravity.z;
+    let yield_stress = case.material.curve.yield_stress();
+    let pi = std::f64::consts::PI;
+    let radius = (225.0 * weight * CONE_VOLUME.powi(2) / (128.0 * pi * pi * yield_stress)).powf(0.2);
+    let height = (2.0 * yield_stress * radius / weight).sqrt();
+    let readings = Flow::new(case).until_rest(|_| {})?;
+    let spread = readings.spread.ok_or_else(|| anyhow!("the case has no spread gauge"))?;
+    Ok(vec![
+        context.relative("radius", "radius", "m", radius, 0.5 * spread.mean)?,
+        context.relative("height", "height in the middle", "m", height, spread.height)?,
+        shown("time to rest in s", readings.time),
+    ])
 }
 
 /// Cells in m of the runs of the cone that spreads for ever; the longer run first.

@@ -1,0 +1,166 @@
+//! Planar columns that collapse: water that runs away, Bingham blocks that come to rest.
+
+use anyhow::anyhow;
+use rayon::prelude::*;
+use tremie_rheology::FlowCurve;
+use tremie_simulation::Cells;
+
+use super::benchmark::{Check, Context, shown};
+use super::flow::{Flow, lattice};
+
+/// Height in cells of the fluid in each column of a planar flow, from the lower side of x on.
+fn heights(cells: &Cells) -> Vec<f64> {
+    let column = |i| (0..cells.count[2]).map(|k| cells.fill[cells.index(i, 0, k)]).sum();
+    (0..cells.count[0]).map(column).collect()
+}
+
+/// Distance in m of the front from the lower side of x: where, going outwards, the fluid is first less than half a cell high.
+fn front(cells: &Cells) -> f64 {
+    let cover: Vec<f64> = heights(cells).iter().map(|height| height.min(1.0)).collect();
+    let dry = cover.iter().position(|cover| *cover < 0.5).unwrap_or(cover.len());
+    let outside = cover.get(dry).copied().unwrap_or(0.0);
+    match dry.checked_sub(1) {
+        Some(wet) => {
+            let share = (cover[wet] - 0.5) / (cover[wet] - outside);
+            cells.centre(wet, 0, 0).x + share * cells.size
+        }
+        None => cells.origin.x,
+    }
+}
+
+/// Height in m at the lower side of x.
+fn height(cells: &Cells) -> f64 {
+    heights(cells).first().map_or(0.0, |height| height * cells.size)
+}
+
+/// A column of water whose gate vanishes.
+pub(super) fn dam_break_water(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let (fine, coarse) = rayon::join(|| dam_break(context, 1.0), || dam_break(context, 2.0));
+    Ok([fine?, coarse?].concat())
+}
+
+/// The case in cells `coarser` times as large.
+fn dam_break(context: &Context, coarser: f64) -> anyhow::Result<Vec<Check>> {
+    /// From here on the gate does not matter any more.
+    const FROM: f64 = 0.5;
+    let mut case = context.case("case.toml")?;
+    lattice(&mut case).cell_size *= coarser;
+    case.domain.max.y *= coarser;
+    let size = lattice(&mut case).cell_size;
+    let (width, gravity) = (case.fluid[0].shape.bounds().1.x, -case.domain.gravity.z);
+    let initial = case.fluid[0].shape.bounds().1.z;
+    let time = (width / gravity).sqrt();
+    // Both tables in the order of time.
+    let fronts = context.reference()?;
+    let fronts = fronts.iter().map(|row| (row["T"] / 2f64.sqrt(), row["T"], Some(row["Z"]), None));
+    let heights = context.table("height.csv")?;
+    let heights = heights.iter().map(|row| (row["tau"], row["tau"], None, Some(row["H"])));
+    let mut moments: Vec<_> = fronts.chain(heights).collect();
+    moments.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut flow = Flow::new(case.clone());
+    let (mut checks, mut lowest, mut path) = (Vec::new(), 0.0f64, vec![[0.0, 1.0]]);
+    for (tau, label, z, h) in moments {
+        if tau * time > case.stop.time {
+            break;
+        }
+        flow.until(tau * time)?;
+        let cells = flow.cells();
+        if let Some(z) = z {
+            let what = format!("front at T = {label}, {} cells", (width / size).round());
+            let check = context.relative("front", what, "", z, front(&cells) / width)?;
+            path.push([label, check.value]);
+            let judged = label > FROM && coarser == 1.0;
+            checks.push(if judged { check } else { Check { tolerance: None, ..check } });
+        }
+        if let Some(h) = h {
+            lowest = lowest.max((height(&cells) / initial - h).abs());
+        }
+    }
+    let what = format!("height at the wall, furthest off, {} cells", (width / size).round());
+    checks.push(shown(what, lowest));
+    let delays: Vec<f64> = context
+        .reference()?
+        .iter()
+        .filter(|row| row["T"] > FROM)
+        .filter_map(|row| Some(row["T"] - passes(&path, row["Z"])?))
+        .collect();
+    let mean = delays.iter().sum::<f64>() / delays.len() as f64;
+    let scatter = delays.iter().map(|delay| (delay - mean).abs()).fold(0.0, f64::max);
+    let what = |quantity: &str| format!("{quantity}, in T, {} cells", (width / size).round());
+    checks.push(shown(what("delay of the measured front, mean"), mean));
+    checks.push(shown(what("delay of the measured front, furthest from it"), scatter));
+    Ok(checks)
+}
+
+/// When a front whose times and places are given passes a place.
+fn passes(path: &[[f64; 2]], place: f64) -> Option<f64> {
+    let [[t, z], [later, further]] = path.windows(2).find_map(|pair| match pair {
+        [from, to] if from[1] <= place && place <= to[1] => Some([*from, *to]),
+        _ => None,
+    })?;
+    Some(t + (later - t) * (place - z) / (further - z))
+}
+
+/// Blocks of Bingham fluid that collapse and come to rest.
+pub(super) fn collapse_planar_bingham(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let rows = context.reference()?;
+    let runs: Vec<(f64, f64)> =
+        [1.0, 2.0].into_iter().flat_map(|coarser| rows.iter().map(move |row| (row["B"], coarser))).collect();
+    let runs: anyhow::Result<Vec<Vec<Check>>> =
+        runs.par_iter().with_max_len(1).map(|(b, coarser)| block(context, *b, *coarser)).collect();
+    Ok(runs?.concat())
+}
+
+/// The block of the yield stress `b` rho g H in cells `coarser` times as large as those of the case.
+fn block(context: &Context, b: f64, coarser: f64) -> anyhow::Result<Vec<Check>> {
+    let mut case = context.case("case.toml")?;
+    let lbm = lattice(&mut case);
+    lbm.cell_size *= coarser;
+    let size = lbm.cell_size;
+    let side = case.fluid[0].shape.bounds().1.z;
+    // The domain stays a whole number of cells.
+    case.domain.max = (case.domain.max / size).ceil() * size;
+    case.domain.max.y = size;
+    let weight = case.material.density * -case.domain.gravity.z * side;
+    case.material.curve = FlowCurve::Bingham {
+        yield_stress: b * weight,
+        plastic_viscosity: case.material.curve.plastic_viscosity(),
+    };
+    let mut flow = Flow::new(case);
+    flow.until_rest(|_| {})?;
+    let cells = flow.cells();
+    let rows = context.reference()?;
+    let row = rows.iter().find(|row| row["B"] == b).ok_or_else(|| anyhow!("reference.csv has no B {b}"))?;
+    let what = |quantity: &str| format!("{quantity} over H, B {b}, {} cells", (side / size).round());
+    let tolerance = format!("B {b}");
+    let run_out = context.relative(&tolerance, what("run-out"), "", row["X"], front(&cells) / side)?;
+    let top = context.relative(&tolerance, what("height"), "", row["h0"], height(&cells) / side)?;
+    Ok(if coarser == 1.0 {
+        vec![run_out, top]
+    } else {
+        [run_out, top].map(|check| Check { tolerance: None, ..check }).to_vec()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tremie_numerics::DVec3;
+
+    #[test]
+    fn a_front_is_found_between_columns() {
+        let (size, count) = (0.1, [4, 1, 2]);
+        // Columns of 2, 1.5, 1 and 0.2 cells.
+        let fill = vec![1.0, 1.0, 1.0, 0.2, 1.0, 0.5, 0.0, 0.0];
+        let cells = Cells { size, count, fill, origin: DVec3::ZERO, ..Cells::default() };
+        // Between the centres at 0.25 (1) and 0.35 (0.2).
+        assert!((front(&cells) - (0.25 + 0.1 * 0.5 / 0.8)).abs() < 1e-12);
+        assert!((height(&cells) - 0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_front_passes_places_between_its_readings() {
+        let path = [[0.0, 1.0], [1.0, 1.5], [2.0, 3.5]];
+        assert_eq!([1.25, 2.5, 9.0].map(|place| passes(&path, place)), [Some(0.5), Some(1.5), None]);
+    }
+}
