@@ -346,10 +346,16 @@ fn parts(body: &Body, path: &str, case: &Case, document: &Document<'_>) -> Resul
                 }
                 _ => format!("{path}.{}", key(one)),
             };
+            // The wall of a shell leans, and is thinner than it is along the horizontal.
+            let lean = match one {
+                Shape::ConeShell { thickness, .. } => thickness / one.thickness(),
+                _ => 1.0,
+            };
+            let least = lbm.cell_size * (100.0 * lean * (1.0 - CELL_TOLERANCE)).ceil() / 100.0;
             Err(Fault::new(
                 document.locate(&what),
                 format!("the cells are too large to see this: it is {} m thick", tidy(one.thickness())),
-                format!("write \"{} m\" at least (better twice that), or smaller cells", tidy(lbm.cell_size)),
+                format!("write \"{} m\" at least (better twice that), or smaller cells", tidy(least)),
             )
             .related(document.find("lbm.cell_size"), "the cell size"))
         }

@@ -270,7 +270,7 @@ const WRONG_SOLIDS: &[(&str, usize, usize, &str)] = &[
         "cone_shell = { base = [\"0 m\", \"0 m\", \"0 m\"], base_diameter = \"200 mm\", top_diameter = \"100 mm\", height = \"300 mm\", thickness = \"1.5 mm\" }",
         2,
         128,
-        "write \"0.005 m\" at least",
+        "write \"0.0051 m\" at least",
     ),
     (
         "union.of = [{ sphere = { centre = [\"0.1 m\", \"0.1 m\", \"0.1 m\"], diameter = \"2 mm\" } }]",
@@ -311,6 +311,11 @@ fn wrong_solids_are_told_at_their_place() {
             "expected {place}{says}\nbut got\n{message}"
         );
     }
+    // What is suggested is accepted.
+    let (thin, ..) = WRONG_SOLIDS.iter().find(|(solid, ..)| solid.starts_with("cone_shell")).unwrap();
+    let better = thin.replace("1.5 mm", "0.0051 m");
+    Case::parse("better.toml", &SLUMP_FLOW.replace("[lbm]", &format!("[[solid]]\n{better}\n\n[lbm]")))
+        .unwrap();
     // A solid may come into the domain later.
     let late = "[[solid]]\nsphere = { centre = [\"2 m\", \"0.1 m\", \"0.1 m\"], diameter = \"20 mm\" }\n\
                 motion.uniform.velocity = [\"-0.1 m/s\", \"0 m/s\", \"0 m/s\"]\n[lbm]";
