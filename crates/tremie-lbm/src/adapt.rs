@@ -84,11 +84,11 @@ impl<T: Real> Grid<T> {
             let mut bins = vec![0u64; BINS];
             for cell in 0..CELLS {
                 let wet = self.kinds[*slot][cell / EDGE].wet() >> (cell % EDGE) & 1 == 1;
-                let fill = self.front[*slot][FILL][cell].to_f64().min(1.0);
+                let fill = self.front[*slot][(FILL, cell)].to_f64().min(1.0);
                 if !wet || fill < 0.5 {
                     continue;
                 }
-                let f: [T; Q] = std::array::from_fn(|i| self.front[*slot][i][cell]);
+                let f: [T; Q] = std::array::from_fn(|i| self.front[*slot][(i, cell)]);
                 let (excess, momentum) = density_and_momentum(&f);
                 let square: f64 = (0..3)
                     .map(|a| (momentum[a] / (1.0 + excess) - 0.5 * fill * gravity[a].to_f64()).powi(2))
@@ -127,8 +127,8 @@ impl<T: Real> Grid<T> {
     /// Gives interface cells the mass of their fill, after their densities were rescaled.
     pub(crate) fn reweigh(&mut self) {
         for (slot, cell) in self.interface_cells().collect::<Vec<_>>() {
-            let excess: f64 = (0..Q).map(|i| self.front[slot][i][cell].to_f64()).sum();
-            self.mass[slot][cell] = self.front[slot][FILL][cell].to_f64() * (1.0 + excess);
+            let excess: f64 = (0..Q).map(|i| self.front[slot][(i, cell)].to_f64()).sum();
+            self.mass[slot][cell] = self.front[slot][(FILL, cell)].to_f64() * (1.0 + excess);
         }
     }
 }

@@ -31,7 +31,7 @@
 //! A cell below the yield stress has omega = 0 and omega_odd = 2; what rings then under the two-relaxation-time
 //! scheme is damped here, because everything but the stress itself relaxes at rate 1.
 
-use crate::lattice::{C, PAIRS, Q, W, each_pair};
+use crate::lattice::{C, PAIRS, Q, W};
 use crate::real::{Number, Real, by_axis, larger, smaller};
 use crate::relaxation::Relaxation;
 
@@ -69,69 +69,117 @@ impl<T: Number> Moments<T> {
     /// the resistance r.
     #[inline(always)]
     pub(crate) fn omega<R: Relaxation<T>>(&self, law: &R) -> T {
-        let half = T::from_f64(0.5);
         let r = self.resistance;
         let whole = law.omega(self.q / r);
-        whole / (r * (T::ONE - half * whole) + half * whole)
+        whole / (r + T::from_f64(0.5) * whole * (T::ONE - r))
     }
 }
 
-/// Products of the velocities' components, in the order xx, yy, zz, xy, xz, yz.
-const AXES: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
+/// How much of a cell holds fluid.
+#[derive(Clone, Copy)]
+pub(crate) enum Held<T> {
+    /// All of it.
+    Whole,
+    /// What makes up a mass; the resistance is at least `least`, whatever the fill.
+    Partly {
+        /// Mass, infinite in liquid cells.
+        mass: T,
+        /// Least share of the flow curve's stress that the cell resists with.
+        least: T,
+    },
+}
 
-/// Where the component (a, b) of a symmetric tensor stands in that order.
+impl<T: Number> Held<T> {
+    /// Fill (mass over density, between 0 and 1) and resistance of a cell of this density.
+    #[inline(always)]
+    fn fill_and_resistance(self, density: T) -> [T; 2] {
+        match self {
+            Self::Whole => [T::ONE, T::ONE],
+            Self::Partly { mass, least } => {
+                let fill = larger(smaller(mass / density, T::ONE), T::ZERO);
+                [fill, larger(fill, least)]
+            }
+        }
+    }
+}
+
+/// Where the component (a, b) of a symmetric tensor stands in the order xx, yy, zz, xy, xz, yz.
 pub(crate) const COMPONENT: [[usize; 3]; 3] = [[0, 3, 4], [3, 1, 5], [4, 5, 2]];
 
-/// `a + sign b` with a sign known to the compiler.
-#[inline(always)]
-fn add_signed<T: Number>(a: T, sign: i32, b: T) -> T {
-    match sign {
-        0 => a,
-        1 => a + b,
-        _ => a - b,
-    }
+/// Runs a block once for each plane of slanted velocities, with its axes a and b and the first of its two pairs p as constants: the
+/// pair `c_a = c_b`, after which comes the pair `c_a = -c_b`. (A loop over a table of these would go through memory.)
+macro_rules! each_plane {
+    ($a:ident, $b:ident, $p:ident, $body:block) => {
+        each_plane!(@ $a, $b, $p, $body, (0 1 3) (0 2 5) (1 2 7))
+    };
+    (@ $a:ident, $b:ident, $p:ident, $body:block, $(($x:literal $y:literal $z:literal))*) => {
+        $({
+            const $a: usize = $x;
+            const $b: usize = $y;
+            const $p: usize = $z;
+            $body
+        })*
+    };
 }
 
-/// Moments of the populations `f`, in a cell of mass `mass` under the acceleration `gravity`.
-///
-/// The force is weighed by the fill `mass / density`, at most 1, and so is the resistance, but at least `least`.
+const _: () = {
+    assert!(PAIRS == 9 && C[1][0] == 1 && C[3][1] == 1 && C[5][2] == 1);
+    each_plane!(A, B, P, {
+        assert!(C[2 * P + 1][A] == 1 && C[2 * P + 1][B] == 1);
+        assert!(C[2 * P + 3][A] == 1 && C[2 * P + 3][B] == -1);
+    });
+};
+
+/// One number for each component of a symmetric tensor.
 #[inline(always)]
-pub(crate) fn moments<T: Number>(f: &[T; Q], mass: T, least: T, gravity: [T; 3]) -> Moments<T> {
-    let mut excess_density = f[0];
-    let mut momentum = [T::ZERO; 3];
-    let mut second = [T::ZERO; 6];
-    each_pair!(P, {
-        let (a, b) = (f[2 * P + 1], f[2 * P + 2]);
-        let (sum, difference) = (a + b, a - b);
-        let c = const { C[2 * P + 1] };
-        excess_density += sum;
-        for a in 0..3 {
-            momentum[a] = add_signed(momentum[a], c[a], difference);
-        }
-        for (s, [a, b]) in second.iter_mut().zip(AXES) {
-            *s = add_signed(*s, c[a] * c[b], sum);
-        }
+fn by_component<T>(of: impl Fn(usize) -> T) -> [T; 6] {
+    [of(0), of(1), of(2), of(3), of(4), of(5)]
+}
+
+/// Half of the symmetric product of two vectors, `(u v + v u)/2`.
+#[inline(always)]
+fn product<T: Number>(u: [T; 3], v: [T; 3]) -> [T; 6] {
+    let half = by_axis(|a| T::from_f64(0.5) * v[a]);
+    let mut product = [u[0] * v[0], u[1] * v[1], u[2] * v[2], T::ZERO, T::ZERO, T::ZERO];
+    each_plane!(A, B, _P, {
+        product[COMPONENT[A][B]] = u[A] * half[B] + u[B] * half[A];
+    });
+    product
+}
+
+/// Moments of the populations `f` under the acceleration `gravity`, which the fill weighs.
+#[inline(always)]
+pub(crate) fn moments<T: Number>(f: &[T; Q], held: Held<T>, gravity: [T; 3]) -> Moments<T> {
+    let sum = |p: usize| f[2 * p + 1] + f[2 * p + 2];
+    let difference = |p: usize| f[2 * p + 1] - f[2 * p + 2];
+    let mut second = [sum(0), sum(1), sum(2), T::ZERO, T::ZERO, T::ZERO];
+    let mut momentum = by_axis(difference);
+    let mut excess_density = f[0] + (second[0] + second[1] + second[2]);
+    each_plane!(A, B, P, {
+        let both = sum(P) + sum(P + 1);
+        excess_density += both;
+        second[A] += both;
+        second[B] += both;
+        second[COMPONENT[A][B]] = sum(P) - sum(P + 1);
+        momentum[A] += difference(P) + difference(P + 1);
+        momentum[B] += difference(P) - difference(P + 1);
     });
     let density = T::ONE + excess_density;
-    let fill = larger(smaller(mass / density, T::ONE), T::ZERO);
-    let (half, third) = (T::from_f64(0.5), T::from_f64(1.0 / 3.0));
-    let force = by_axis(|a| gravity[a] * density * fill);
     let inverse = T::ONE / density;
-    let velocity = by_axis(|a| (momentum[a] + half * force[a]) * inverse);
-    let mut stress = [T::ZERO; 6];
-    for (n, [a, b]) in AXES.into_iter().enumerate() {
-        let equilibrium = density * velocity[a] * velocity[b];
-        let work = half * (velocity[a] * force[b] + velocity[b] * force[a]);
-        stress[n] = second[n] - equilibrium + work;
-    }
-    let mean = (stress[0] + stress[1] + stress[2]) * third;
-    for normal in &mut stress[..3] {
-        *normal -= mean;
-    }
+    let [fill, resistance] = held.fill_and_resistance(density);
+    let force = by_axis(|a| gravity[a] * density * fill);
+    let half = by_axis(|a| T::from_f64(0.5) * force[a]);
+    let velocity = by_axis(|a| (momentum[a] + half[a]) * inverse);
+    // rho u u - (u F + F u)/2, as rho u - F is the momentum less half the force.
+    let carried = product(velocity, by_axis(|a| momentum[a] - half[a]));
+    let mut stress = by_component(|n| second[n] - carried[n]);
+    let mean = T::from_f64(1.0 / 3.0) * (stress[0] + stress[1] + stress[2]);
+    stress[0] -= mean;
+    stress[1] -= mean;
+    stress[2] -= mean;
     let normal = stress[0] * stress[0] + stress[1] * stress[1] + stress[2] * stress[2];
     let shear = stress[3] * stress[3] + stress[4] * stress[4] + stress[5] * stress[5];
-    let q = T::from_f64(1.5) * inverse * (T::from_f64(2.0) * (normal + shear + shear)).sqrt();
-    let resistance = larger(fill, least);
+    let q = inverse * (T::from_f64(4.5) * (normal + (shear + shear))).sqrt();
     Moments { excess_density, density, momentum, force, velocity, stress, q, fill, resistance }
 }
 
@@ -139,18 +187,17 @@ pub(crate) fn moments<T: Number>(f: &[T; Q], mass: T, least: T, gravity: [T; 3])
 #[inline(always)]
 pub(crate) fn collide<T: Number, R: Relaxation<T>>(
     f: &[T; Q],
-    mass: T,
-    least: T,
+    held: Held<T>,
     gravity: [T; 3],
     law: &R,
 ) -> ([T; Q], T) {
-    let m = moments(f, mass, least, gravity);
+    let m = moments(f, held, gravity);
     let omega = m.omega(law);
     let two = T::from_f64(2.0);
     // 1/omega_odd = 1/2 + magic/(1/omega - 1/2), multiplied out so that omega = 0 is no special case.
     let omega_odd = two * (two - omega) / (two - omega + T::from_f64(4.0 * MAGIC) * omega);
     let keep_odd = T::from_f64(0.5) * (T::ONE - omega_odd);
-    let push = by_axis(|a| T::from_f64(3.0) * (omega_odd * m.momentum[a] + m.force[a]));
+    let push = by_axis(|a| omega_odd * m.momentum[a] + m.force[a]);
     let post =
         compose(&m, omega, push, omega_odd * (two - omega), |p| keep_odd * (f[2 * p + 1] - f[2 * p + 2]));
     (post, m.density)
@@ -169,13 +216,12 @@ pub(crate) fn collide<T: Number, R: Relaxation<T>>(
 #[inline(always)]
 pub(crate) fn rescale<T: Number, R: Relaxation<T>>(
     f: &[T; Q],
-    mass: T,
-    least: T,
+    held: Held<T>,
     gravity: [T; 3],
     law: &R,
     factor: T,
 ) -> ([T; Q], T) {
-    let m = moments(f, mass, least, gravity);
+    let m = moments(f, held, gravity);
     let half = T::from_f64(0.5);
     let rate = m.omega(law) * m.q;
     let square = factor * factor;
@@ -188,62 +234,47 @@ pub(crate) fn rescale<T: Number, R: Relaxation<T>>(
     let force = by_axis(|a| square * share * m.force[a]);
     let velocity = by_axis(|a| factor * m.velocity[a]);
     let n = Moments { excess_density, density, force, velocity, q, stress: m.stress.map(|p| grown * p), ..m };
-    let push = by_axis(|a| T::from_f64(3.0) * (density * velocity[a] + half * force[a]));
+    let push = by_axis(|a| density * velocity[a] + half * force[a]);
     (compose(&n, omega, push, T::from_f64(2.0) - omega, |_| T::ZERO), m.density)
 }
 
-/// Populations with the even moments of a collision, and the odd ones made up of `push`, what the flow carries of the stress
-/// times `carry`, and `odd` for each pair of velocities.
+/// Populations with the even moments of a collision, and the odd ones made up of `3 w c . push`, what the flow carries of the
+/// stress times `carry`, and `odd` for each pair of velocities.
 #[inline(always)]
 fn compose<T: Number>(m: &Moments<T>, omega: T, push: [T; 3], carry: T, odd: impl Fn(usize) -> T) -> [T; Q] {
-    let half = T::from_f64(0.5);
+    let number = T::from_f64;
+    let (two, quarter, eighth) = (number(2.0), number(0.25), number(0.125));
     let keep = T::ONE - omega;
-    let mut tensor = [T::ZERO; 6];
-    for (n, [a, b]) in AXES.into_iter().enumerate() {
-        let work = half * (m.velocity[a] * m.force[b] + m.velocity[b] * m.force[a]);
-        tensor[n] = m.density * m.velocity[a] * m.velocity[b] + keep * m.stress[n] + work;
-    }
+    let carried = product(m.velocity, by_axis(|a| m.density * m.velocity[a] + m.force[a]));
+    let tensor = by_component(|n| carried[n] + keep * m.stress[n]);
     let trace = tensor[0] + tensor[1] + tensor[2];
-    let base = m.excess_density - T::from_f64(1.5) * trace;
-    // carried[a][b]: what the flow carries of the stress, in sum c_a c_a c_b f.
-    let mut carried = [[T::ZERO; 3]; 3];
-    for a in 0..3 {
-        for b in (0..3).filter(|b| *b != a) {
-            carried[a][b] = carry * m.velocity[a] * m.stress[COMPONENT[a][b]];
-        }
-    }
+    // Weights are 12, 2 and 1 times 1/36; 9/2 of that is 1/8.
+    let base = number(1.0 / 36.0) * (m.excess_density - number(1.5) * trace);
+    let normal = by_axis(|a| eighth * tensor[a]);
+    let drive = by_axis(|a| number(1.0 / 12.0) * push[a]);
+    // carried[a][b]: what the flow carries of the stress, a quarter of sum c_a c_a c_b f. That much on each velocity in the
+    // plane (a, b), and its opposite on the axis b, so that no momentum comes of it.
+    let speed = by_axis(|a| quarter * carry * m.velocity[a]);
+    let carried =
+        by_axis(|a| by_axis(|b| if a == b { T::ZERO } else { speed[a] * m.stress[COMPONENT[a][b]] }));
     let mut post = [T::ZERO; Q];
-    post[0] = T::from_f64(W[0]) * base;
-    each_pair!(P, {
-        let c = const { C[2 * P + 1] };
-        let w = T::from_f64(const { W[2 * P + 1] });
-        let mut along = T::ZERO;
-        for (n, [a, b]) in AXES.into_iter().enumerate() {
-            let times = if a == b { T::from_f64(4.5) } else { T::from_f64(9.0) };
-            along = add_signed(along, c[a] * c[b], times * tensor[n]);
-        }
-        let mut drive = T::ZERO;
-        for a in 0..3 {
-            drive = add_signed(drive, c[a], push[a]);
-        }
-        // A quarter of it on each velocity in the plane (a, b), and its opposite on the axis b, so that no momentum comes of it.
-        let mut third = T::ZERO;
-        for b in 0..3 {
-            for a in 0..3 {
-                if a != b && c[b] != 0 {
-                    if c[a] != 0 {
-                        third = add_signed(third, c[b], T::from_f64(0.25) * carried[a][b]);
-                    } else if c[3 - a - b] == 0 {
-                        third = add_signed(third, -c[b], T::from_f64(0.5) * carried[a][b]);
-                    }
-                }
-            }
-        }
-        let even = w * (base + along);
-        let odd = odd(P) + (w * drive + third);
-        post[2 * P + 1] = even + odd;
-        post[2 * P + 2] = even - odd;
+    let mut put = |p: usize, even: T, odd: T| {
+        post[2 * p + 1] = even + odd;
+        post[2 * p + 2] = even - odd;
+    };
+    let across =
+        [carried[1][0] + carried[2][0], carried[0][1] + carried[2][1], carried[0][2] + carried[1][2]];
+    put(0, two * (base + normal[0]), odd(0) + two * (drive[0] - across[0]));
+    put(1, two * (base + normal[1]), odd(1) + two * (drive[1] - across[1]));
+    put(2, two * (base + normal[2]), odd(2) + two * (drive[2] - across[2]));
+    each_plane!(A, B, P, {
+        let even = base + (normal[A] + normal[B]);
+        let shear = quarter * tensor[COMPONENT[A][B]];
+        let along = [drive[A] + carried[B][A], drive[B] + carried[A][B]];
+        put(P, even + shear, odd(P) + (along[0] + along[1]));
+        put(P + 1, even - shear, odd(P + 1) + (along[0] - along[1]));
     });
+    post[0] = number(12.0) * base;
     post
 }
 
@@ -271,8 +302,6 @@ pub(crate) fn density_and_momentum<T: Real>(f: &[T; Q]) -> (f64, [f64; 3]) {
     (excess_density, momentum)
 }
 
-const _: () = assert!(PAIRS == 9, "each_pair! lists nine pairs");
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -289,7 +318,7 @@ mod tests {
     #[test]
     fn mass_is_kept_and_momentum_gains_the_force() {
         let before = populations();
-        let (after, density) = collide(&before, f64::INFINITY, 1.0, GRAVITY, &Bingham::new(1e-4, 0.1));
+        let (after, density) = collide(&before, Held::Whole, GRAVITY, &Bingham::new(1e-4, 0.1));
         let (r0, j0) = density_and_momentum(&before);
         let (r1, j1) = density_and_momentum(&after);
         assert!((r0 - r1).abs() < 1e-15 && (density - 1.0 - r0).abs() < 1e-15);
@@ -302,9 +331,9 @@ mod tests {
     fn stress_relaxes_with_omega_and_the_trace_at_once() {
         let before = populations();
         let law = Bingham::new(1e-4, 0.1);
-        let m0 = moments(&before, f64::INFINITY, 1.0, [0.0; 3]);
-        let (after, _) = collide(&before, f64::INFINITY, 1.0, [0.0; 3], &law);
-        let m1 = moments(&after, f64::INFINITY, 1.0, [0.0; 3]);
+        let m0 = moments(&before, Held::Whole, [0.0; 3]);
+        let (after, _) = collide(&before, Held::Whole, [0.0; 3], &law);
+        let m1 = moments(&after, Held::Whole, [0.0; 3]);
         let omega = law.omega(m0.q);
         assert!(omega > 0.1 && omega < 1.9);
         for n in 0..6 {
@@ -321,7 +350,7 @@ mod tests {
     fn equilibrium_stays() {
         let before = equilibrium::<f64>(0.004, [0.02, -0.03, 0.01]);
         for law in [Bingham::new(0.0, 0.1), Bingham::new(1e-4, 0.1)] {
-            let (after, _) = collide(&before, f64::INFINITY, 1.0, [0.0; 3], &law);
+            let (after, _) = collide(&before, Held::Whole, [0.0; 3], &law);
             for i in 0..Q {
                 assert!((after[i] - before[i]).abs() < 1e-16);
             }
@@ -333,12 +362,13 @@ mod tests {
         use crate::lattice::MIRROR;
         let before = populations();
         let law = Bingham::new(1e-4, 0.1);
-        let (after, _) = collide(&before, 0.4, 0.1, GRAVITY, &law);
+        let held = Held::Partly { mass: 0.4, least: 0.1 };
+        let (after, _) = collide(&before, held, GRAVITY, &law);
         for flip in 0..8usize {
             let mirrored: [f64; Q] = std::array::from_fn(|i| before[usize::from(MIRROR[flip][i])]);
             let sign = |a: usize| if flip >> a & 1 == 1 { -1.0 } else { 1.0 };
             let gravity = [0, 1, 2].map(|a| sign(a) * GRAVITY[a]);
-            let (other, _) = collide(&mirrored, 0.4, 0.1, gravity, &law);
+            let (other, _) = collide(&mirrored, held, gravity, &law);
             for i in 0..Q {
                 assert!((other[i] - after[usize::from(MIRROR[flip][i])]).abs() < 1e-16);
             }

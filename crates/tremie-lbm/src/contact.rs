@@ -95,13 +95,13 @@ impl<T: Real> Source<'_, T> {
             let Some(contact) = contact else { continue };
             let cell = first + k;
             let interface = row.kinds.interface >> k & 1 == 1;
-            let leaving: [f64; Q] = std::array::from_fn(|i| self.own[i][cell].to_f64());
+            let leaving: [f64; Q] = std::array::from_fn(|i| self.own[(i, cell)].to_f64());
             let links = || (1..Q).filter(|i| row.immersed[*i] >> k & 1 == 1);
             let density = 1.0 + leaving.iter().sum::<f64>();
             let mut wall = contact.velocity;
             if contact.slides {
                 let momentum: DVec3 = (1..Q).map(|i| vector(C[i]) * leaving[i]).sum();
-                let fill = if interface { self.own[FILL][cell].to_f64().clamp(0.0, 1.0) } else { 1.0 };
+                let fill = if interface { self.own[(FILL, cell)].to_f64().clamp(0.0, 1.0) } else { 1.0 };
                 let u = momentum / density - 0.5 * fill * gravity;
                 wall = sliding(contact, u, density, interface, links().map(|i| (i, leaving[opposite(i)])));
             }
@@ -142,7 +142,7 @@ impl<T: Real> Source<'_, T> {
             let Some(contact) = contact else { continue };
             let at = vector(self.links.coordinates(first + k).map(|n| n as i32)) + 0.5;
             for i in (1..Q).filter(|i| row.solid[*i] >> k & 1 == 1) {
-                let (arriving, leaving) = (f[i].0[k].to_f64(), self.own[opposite(i)][first + k].to_f64());
+                let (arriving, leaving) = (f[i].0[k].to_f64(), self.own[(opposite(i), first + k)].to_f64());
                 let c = vector(C[i]);
                 let force = if row.immersed[i] >> k & 1 == 1 {
                     (-c - contact.velocity) * leaving - (c - contact.velocity) * arriving

@@ -7,6 +7,7 @@ use crate::lattice::{C, Q};
 use crate::real::Real;
 use crate::solids::Solids;
 use crate::topology::{AIR, CELLS, EDGE, Links, OUTSIDE, ROWS, Topology};
+use crate::values::Values;
 
 /// What the eight cells of a row are, as bits; a cell that is none of these is air.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, bytemuck::Pod, bytemuck::Zeroable)]
@@ -60,25 +61,20 @@ impl Kinds {
     }
 }
 
-/// Post-collision populations of a block, less their weights, by velocity and cell; and as the last array ([`FILL`]) the fill:
+/// Post-collision populations of a block, less their weights; and as the last number ([`FILL`]) the fill:
 /// mass over density of interface cells, 1 in liquid, 0 in air.
-pub(crate) type Field<T> = [[T; STRIDE]; Q + 1];
-
-/// Length of one array of a [`Field`]: a little more than its cells, so that the arrays do not all start at multiples of
-/// a power of two, which the first cache would keep in the same few places.
-pub(crate) const STRIDE: usize = CELLS + 16;
+pub(crate) type Field<T> = Values<T, { Q + 1 }>;
 
 /// Where a [`Field`] keeps the fill.
 pub(crate) const FILL: usize = Q;
 
 /// The surface in the interface cells of a block (module `plane`): their velocity and the wet shares of their six
-/// faces. The first array stays empty, because a shifted row is read from one value before it.
-pub(crate) type Shape<T> = [[T; STRIDE]; SHAPES];
+/// faces (in the order of the velocities 1 to 6).
+pub(crate) type Shape<T> = Values<T, 9>;
 
-/// Arrays of a [`Shape`], and where it keeps the velocity and the wet shares (in the order of the velocities 1 to 6).
-pub(crate) const SHAPES: usize = 10;
-pub(crate) const VELOCITY: usize = 1;
-pub(crate) const SHARE: usize = 4;
+/// Where a [`Shape`] keeps the velocity and the wet shares.
+pub(crate) const VELOCITY: usize = 0;
+pub(crate) const SHARE: usize = 3;
 
 /// All blocks.
 pub(crate) struct Grid<T: Real> {
@@ -188,8 +184,8 @@ impl<T: Real> Grid<T> {
             let lanes = if inside { 0xffu8 >> (EDGE - 1 - last[0]) } else { 0 };
             *kinds = Kinds { solid: !lanes, ..Kinds::default() };
         }
-        *self.front[slot] = [[T::ZERO; STRIDE]; Q + 1];
-        *self.back[slot] = [[T::ZERO; STRIDE]; Q + 1];
+        *self.front[slot] = bytemuck::Zeroable::zeroed();
+        *self.back[slot] = bytemuck::Zeroable::zeroed();
         *self.mass[slot] = [0.0; CELLS];
         self.links[slot].steps = [0, 1, 2].map(|a| self.topology.steps(place[a], a));
         self.links[slot].last = last[0] as u8;
@@ -278,7 +274,7 @@ impl<T: Real> Grid<T> {
     /// Fills the blocks with saved values, in the order of their slots; the name of what does not fit otherwise.
     pub(crate) fn load(&mut self, fields: &[T], mass: &[f64], kinds: &[u8]) -> Result<(), &'static str> {
         let slots: Vec<usize> = self.slots().collect();
-        let per_block = (Q + 1) * STRIDE;
+        let per_block = (Q + 1) * CELLS;
         let per_kinds = ROWS * size_of::<Kinds>();
         for (name, length, expected) in [
             ("fields", fields.len(), slots.len() * per_block),
@@ -290,9 +286,11 @@ impl<T: Real> Grid<T> {
             }
         }
         for (n, &slot) in slots.iter().enumerate() {
-            let field = &fields[n * per_block..][..per_block];
-            bytemuck::cast_slice_mut(&mut *self.front[slot]).copy_from_slice(field);
-            self.back[slot][FILL] = self.front[slot][FILL];
+            let field = &mut self.front[slot];
+            for (at, value) in fields[n * per_block..][..per_block].iter().enumerate() {
+                field[(at / CELLS, at % CELLS)] = *value;
+            }
+            self.back[slot].copy(FILL, field);
             self.mass[slot].copy_from_slice(&mass[n * CELLS..][..CELLS]);
             bytemuck::cast_slice_mut(&mut self.kinds[slot])
                 .copy_from_slice(&kinds[n * per_kinds..][..per_kinds]);

@@ -25,7 +25,7 @@ impl<T: Real> Grid<T> {
             self.classify(slot);
         }
         for &slot in &slots {
-            self.back[slot][FILL] = self.front[slot][FILL];
+            self.back[slot].copy(FILL, &self.front[slot]);
         }
         self.count_wet();
         let gravity = (case.domain.gravity.to_array()).map(|g| scaling.acceleration(g));
@@ -38,7 +38,7 @@ impl<T: Real> Grid<T> {
                 if kinds.wet() & bit == 0 {
                     continue;
                 }
-                let fill = self.front[slot][FILL][cell].to_f64();
+                let fill = self.front[slot][(FILL, cell)].to_f64();
                 // d rho / dz = 3 g rho integrates to this.
                 let excess = (3.0 * scaling.acceleration(pressure) * depth[slot][cell]).exp_m1();
                 let centre = centre(case, scaling.cell_size, self.links[slot].coordinates(cell));
@@ -47,7 +47,7 @@ impl<T: Real> Grid<T> {
                 let pushed = [0, 1, 2].map(|a| velocity[a] + 0.5 * gravity[a] * fill);
                 let f = equilibrium::<T>(excess, pushed);
                 for i in 0..Q {
-                    self.front[slot][i][cell] = f[i];
+                    self.front[slot][(i, cell)] = f[i];
                 }
                 if kinds.interface & bit != 0 {
                     self.mass[slot][cell] = fill * (1.0 + excess);
@@ -78,7 +78,9 @@ impl<T: Real> Grid<T> {
             }
             if fills.iter().any(|fill| *fill > 0.0) {
                 let slot = self.allocate(place);
-                self.front[slot][FILL][..CELLS].copy_from_slice(&fills.map(T::from_f64));
+                for (cell, fill) in fills.into_iter().enumerate() {
+                    self.front[slot][(FILL, cell)] = T::from_f64(fill);
+                }
             }
         }
     }
@@ -101,14 +103,14 @@ impl<T: Real> Grid<T> {
     fn classify(&mut self, slot: usize) {
         for cell in 0..CELLS {
             let full = |fill: T| fill.to_f64() >= FULL;
-            let fill = self.front[slot][FILL][cell];
+            let fill = self.front[slot][(FILL, cell)];
             if fill <= T::ZERO {
                 continue;
             }
             let beside_air = (1..Q).any(|i| {
                 let (beside, at, _) = self.links[slot].cell(cell, C[i]);
                 let solid = self.kinds[beside as usize][at / EDGE].solid >> (at % EDGE) & 1 == 1;
-                !solid && self.front[beside as usize][FILL][at] <= T::ZERO
+                !solid && self.front[beside as usize][(FILL, at)] <= T::ZERO
             });
             let bit = 1u8 << (cell % EDGE);
             let kinds = &mut self.kinds[slot][cell / EDGE];
@@ -135,7 +137,7 @@ impl<T: Real> Grid<T> {
             let slot = self.slot_at(at) as usize;
             let cell = at[0] % EDGE + EDGE * (at[1] % EDGE + EDGE * (at[2] % EDGE));
             let solid = self.kinds[slot][cell / EDGE].immersed >> (cell % EDGE) & 1 == 1;
-            (slot, cell, self.front[slot][FILL][cell].to_f64(), solid)
+            (slot, cell, self.front[slot][(FILL, cell)].to_f64(), solid)
         };
         let mut level = f64::INFINITY;
         if self.solids.any() {

@@ -12,25 +12,11 @@ use crate::topology::EDGE;
 pub(crate) const LANES: usize = EDGE;
 
 /// One number for each cell of a row.
-#[derive(Debug, Clone, Copy)]
-#[repr(align(32))]
+#[derive(Debug, Clone, Copy, bytemuck::Zeroable)]
+#[repr(C, align(32))]
 pub(crate) struct Lanes<T>(pub(crate) [T; LANES]);
 
 impl<T: Real> Lanes<T> {
-    /// The first eight values of a slice.
-    #[inline(always)]
-    pub(crate) fn load(from: &[T]) -> Self {
-        let mut new = Self::ZERO;
-        new.0.copy_from_slice(&from[..LANES]);
-        new
-    }
-
-    /// Writes to the first eight values of a slice.
-    #[inline(always)]
-    pub(crate) fn store(self, to: &mut [T]) {
-        to[..LANES].copy_from_slice(&self.0);
-    }
-
     #[inline(always)]
     fn with(self, other: Self, f: impl Fn(T, T) -> T) -> Self {
         let mut new = self;

@@ -37,6 +37,7 @@ mod table;
 mod tabulated;
 mod topology;
 mod transport;
+mod values;
 mod view;
 mod wall;
 

@@ -178,7 +178,7 @@ fn shares<T: Real>(normal: [Lanes<T>; 3], fill: Lanes<T>, velocity: [Lanes<T>; 3
 /// Velocity of the cells of a row before their populations move.
 #[inline(always)]
 fn velocities<T: Real>(source: &Source<'_, T>, first: usize, gravity: [T; 3]) -> [Lanes<T>; 3] {
-    let load = |i: usize| Lanes::load(&source.own[i][first..]);
+    let load = |i: usize| source.own(i, first);
     let all = Lanes::<T>::from_f64;
     let (zero, one) = (all(0.0), all(1.0));
     let mut excess = load(0);
@@ -211,7 +211,7 @@ fn fills<T: Real>(source: &Source<'_, T>, row: &SurfaceRow) -> Around<T> {
     let mut fill = [Lanes::from_f64(0.0); 27];
     for (n, fill) in fill.iter_mut().enumerate() {
         let c = [n % 3, n / 3 % 3, n / 9].map(|at| 1 - at as i32);
-        source.pull(&row.beside, c, FILL, true, &mut fill.0);
+        *fill = source.fill(&row.beside, c);
     }
     if row.any_solid == 0 {
         return fill;
@@ -245,12 +245,12 @@ pub(crate) fn reconstruct<T: Real>(
     let first = (usize::from(row.row) & (ROWS - 1)) * LANES;
     let velocity = velocities(source, first, gravity);
     for axis in 0..3 {
-        velocity[axis].store(&mut shape[VELOCITY + axis][first..]);
+        shape.put(VELOCITY + axis, first, velocity[axis]);
     }
     let fill = fills(source, row);
     let shares = shares(normal(&fill), fill[13], velocity);
     for face in 0..6 {
-        shares[face].store(&mut shape[SHARE + face][first..]);
+        shape.put(SHARE + face, first, shares[face]);
     }
 }
 

@@ -15,7 +15,7 @@
 //! For a Bingham fluid `s = max(0, (q - 3 tau_y)/(3 nu_p + 1/2))`; for all others the solution is tabulated (module
 //! `tabulated`).
 
-use crate::real::{Number, Real, larger};
+use crate::real::{Number, Real, larger, smaller};
 
 /// A flow curve in lattice units, as the collision asks for it.
 pub trait Relaxation<N>: Send + Sync {
@@ -99,14 +99,17 @@ impl<N: Number> Relaxation<N> for Bingham<N::Scalar> {
     #[inline(always)]
     fn wall_velocity(&self, traction: N, growth: N, cell: impl Fn(N) -> [N; 2]) -> N {
         let rigid = self.wall_velocity_rigid(traction, growth);
-        let mut v = rigid;
-        // The cell's fluidity depends on v; each turn takes it from the last v.
-        for _ in 0..3 {
+        // The cell's fluidity depends on v: v = next(v).
+        let next = |v: N| {
             let [fluidity, _] = cell(v);
-            let yielded = self.wall_velocity_yielded(traction, fluidity);
-            v = N::where_greater(fluidity, N::ZERO, yielded, rigid);
-        }
-        v
+            N::where_greater(fluidity, N::ZERO, self.wall_velocity_yielded(traction, fluidity), rigid)
+        };
+        // Each turn comes nearer by much the same share of the way, so that two tell where it ends (Aitken 1926).
+        let first = next(rigid);
+        let second = next(first);
+        let (step, change) = (second - first, (first - rigid) - (second - first));
+        let share = N::where_greater(change.abs(), N::TINY, step / change, N::ZERO);
+        next(second + step * larger(smaller(share, N::from_f64(4.0)), -N::from_f64(0.5)))
     }
 }
 

@@ -9,6 +9,7 @@ use crate::adapt::{INTERVAL, Look, Watch};
 use crate::fluid::Fluid;
 use crate::grid::Grid;
 use crate::initial::centre;
+use crate::lattice::Q;
 use crate::plan::{Plan, confined_gravity, settings};
 use crate::real::Real;
 use crate::rows::Rows;
@@ -322,10 +323,11 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             // Where a cell has no such value, something is left over that means nothing; as zero it takes no room, and
             // the same moment of the same run gives the same file.
             let kinds_of = &self.grid.kinds[slot];
-            for field in self.grid.front[slot].iter() {
-                fields.extend(field.iter().enumerate().map(|(cell, value)| {
-                    let row = kinds_of.get(cell / EDGE).copied().unwrap_or_default();
-                    if row.wet() >> (cell % EDGE) & 1 == 1 { *value } else { T::ZERO }
+            let field = &self.grid.front[slot];
+            for number in 0..=Q {
+                fields.extend((0..CELLS).map(|cell| {
+                    let wet = kinds_of[cell / EDGE].wet() >> (cell % EDGE) & 1 == 1;
+                    if wet { field[(number, cell)] } else { T::ZERO }
                 }));
             }
             mass.extend_from_slice(&*self.grid.mass[slot]);

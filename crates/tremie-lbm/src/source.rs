@@ -1,18 +1,16 @@
 //! What the work on one block reads: its own values and those of the blocks around it, row by row.
 
-use crate::grid::{FILL, Field, SHAPES, STRIDE, Shape};
+use crate::grid::{FILL, Field, Shape};
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, MIRROR, Q, each_pair};
 use crate::real::{Number, Real};
 use crate::rows::{Beside, upstream};
 use crate::solids::Solids;
-use crate::topology::{Links, ROWS, Topology};
+use crate::topology::{Links, Topology};
+use crate::values::Values;
 
-/// The values of the 27 blocks around and with a block, in one array each; the last five are never asked for.
-type Near<'a, T, const N: usize> = [&'a [T; N]; 32];
-
-/// Values in a field.
-const VALUES: usize = (Q + 1) * STRIDE;
+/// The 27 blocks around and with a block; the last five are never asked for.
+type Near<'a, T, const N: usize> = [&'a Values<T, N>; 32];
 
 /// What the work on one block reads.
 #[derive(Clone, Copy)]
@@ -22,23 +20,19 @@ pub(crate) struct Source<'a, T: Real> {
     pub(crate) links: &'a Links,
     /// The block's own values.
     pub(crate) own: &'a Field<T>,
-    near: Near<'a, T, VALUES>,
+    near: Near<'a, T, { Q + 1 }>,
+    /// The block that will be worked on after the next.
+    soon: &'a Field<T>,
     /// Whether rows look into mirrors anywhere.
     mirrors: bool,
 }
 
-/// The array to read beyond the mirrors `flip`.
-#[inline(always)]
-fn mirrored(array: usize, flip: u8) -> usize {
-    if array == FILL { FILL } else { usize::from(MIRROR[usize::from(flip & 7)][array]) }
-}
-
 /// The blocks around a block.
-fn near<'a, T: Real, A: bytemuck::Pod, const N: usize>(links: &Links, all: &'a [Box<A>]) -> Near<'a, T, N> {
-    std::array::from_fn(|n| bytemuck::cast_ref(&*all[links.slots[n.min(26)] as usize]))
+fn near<'a, T: Real, const N: usize>(links: &Links, all: &'a [Box<Values<T, N>>]) -> Near<'a, T, N> {
+    std::array::from_fn(|n| &*all[links.slots[n.min(26)] as usize])
 }
 
-/// Eight values of a row, each taken from the cell at -c. `seen` tells where the array starts beyond mirrors.
+/// One number of the cells of a row, each taken from the cell at -c. `seen` tells which number that is beyond mirrors.
 #[inline(always)]
 fn pull<T: Real, const N: usize>(
     near: &Near<'_, T, N>,
@@ -46,27 +40,23 @@ fn pull<T: Real, const N: usize>(
     beside: &Beside,
     c: [i32; 3],
     seen: impl Fn(u8) -> usize,
-    to: &mut [T],
+    to: &mut Lanes<T>,
 ) {
-    let block = |n: u8| near[usize::from(n) & 31];
     let beside = beside[upstream(c)];
-    let first = (usize::from(beside.row) & (ROWS - 1)) * LANES;
-    let row = seen(beside.flip) + first;
-    let values = block(beside.block);
-    // A shifted row takes one lane from beyond its array; it is then put right.
+    let row = |block: u8, flip: u8| &near[usize::from(block) & 31].row(usize::from(beside.row))[seen(flip)].0;
+    let here = row(beside.block, beside.flip);
     match c[0] {
-        0 => to[..LANES].copy_from_slice(&values[row..row + LANES]),
+        0 => to.0 = *here,
         1 => {
             let step = links.before();
-            to[..LANES].copy_from_slice(&values[row - 1..row + LANES - 1]);
-            let lane = seen(beside.flip | step.flip) + first + (usize::from(step.index) & (LANES - 1));
-            to[0] = block(beside.low)[lane];
+            to.0[1..].copy_from_slice(&here[..LANES - 1]);
+            to.0[0] = row(beside.low, beside.flip | step.flip)[usize::from(step.index) & (LANES - 1)];
         }
         _ => {
             let step = links.after();
-            to[..LANES].copy_from_slice(&values[row + 1..row + LANES + 1]);
-            let lane = seen(beside.flip | step.flip) + first + (usize::from(step.index) & (LANES - 1));
-            to[usize::from(links.last) & (LANES - 1)] = block(beside.high)[lane];
+            to.0[..LANES - 1].copy_from_slice(&here[1..]);
+            to.0[usize::from(links.last) & (LANES - 1)] =
+                row(beside.high, beside.flip | step.flip)[usize::from(step.index) & (LANES - 1)];
         }
     }
 }
@@ -80,39 +70,55 @@ impl<'a, T: Real> Source<'a, T> {
         slot: usize,
     ) -> Self {
         let mirrors = links.steps.iter().flatten().any(|step| step.flip != 0);
-        Self { topology, solids, links, own: &front[slot], near: near(links, front), mirrors }
+        let soon = front.get(slot + 2).unwrap_or(&front[slot]);
+        Self { topology, solids, links, own: &front[slot], near: near(links, front), soon, mirrors }
     }
 
-    /// The eight values of array `array` for a row, each taken from the cell at -c; populations come mirrored.
+    /// The fill of the cells of a row, each taken from the cell at -c.
     #[inline(always)]
-    pub(crate) fn pull(&self, beside: &Beside, c: [i32; 3], array: usize, mirrors: bool, to: &mut [T]) {
-        let seen = |flip: u8| if mirrors { mirrored(array, flip) * STRIDE } else { array * STRIDE };
-        pull(&self.near, self.links, beside, c, seen, to);
+    pub(crate) fn fill(&self, beside: &Beside, c: [i32; 3]) -> Lanes<T> {
+        let mut to = Lanes::ZERO;
+        pull(&self.near, self.links, beside, c, |_| FILL, &mut to);
+        to
+    }
+
+    /// Populations arriving in a row from the cells around it, whatever these are, seen in mirrors where there are some.
+    #[inline(always)]
+    fn pull_all(&self, beside: &Beside, seen: impl Fn(usize, u8) -> usize, to: &mut [Lanes<T>; Q]) {
+        pull(&self.near, self.links, beside, C[0], |flip| seen(0, flip), &mut to[0]);
+        each_pair!(P, {
+            let (a, b) = (2 * P + 1, 2 * P + 2);
+            let (c, d) = const { (C[2 * P + 1], C[2 * P + 2]) };
+            pull(&self.near, self.links, beside, c, |flip| seen(a, flip), &mut to[a]);
+            pull(&self.near, self.links, beside, d, |flip| seen(b, flip), &mut to[b]);
+        });
     }
 
     /// Populations arriving in a row from the cells around it, whatever these are.
+    ///
+    /// Half of them are written in pieces, which a processor cannot read as a whole at once. The work on a row should begin
+    /// when those of some more rows have been fetched.
     #[inline(always)]
-    fn pull_all(&self, beside: &Beside, mirrors: bool) -> [Lanes<T>; Q] {
-        let mut f = [Lanes::ZERO; Q];
-        self.pull(beside, C[0], 0, mirrors, &mut f[0].0);
-        each_pair!(P, {
-            let (a, b) = (2 * P + 1, 2 * P + 2);
-            self.pull(beside, const { C[2 * P + 1] }, a, mirrors, &mut f[a].0);
-            self.pull(beside, const { C[2 * P + 2] }, b, mirrors, &mut f[b].0);
-        });
-        f
+    pub(crate) fn arriving(&self, beside: &Beside, to: &mut [Lanes<T>; Q]) {
+        if self.mirrors { self.arriving_mirrored(beside, to) } else { self.pull_all(beside, |i, _| i, to) }
     }
 
-    /// [`Source::pull_all`] with the choice about mirrors made once for the row.
+    /// [`Source::arriving`] where rows look into mirrors: few blocks, and not worth a copy in every kernel.
+    #[inline(never)]
+    fn arriving_mirrored(&self, beside: &Beside, to: &mut [Lanes<T>; Q]) {
+        self.pull_all(beside, |i, flip| usize::from(MIRROR[usize::from(flip & 7)][i]), to);
+    }
+
+    /// Asks for a row of the block that will be worked on after the next, which the work on the next one looks into.
     #[inline(always)]
-    pub(crate) fn arriving(&self, beside: &Beside) -> [Lanes<T>; Q] {
-        if self.mirrors { self.pull_all(beside, true) } else { self.pull_all(beside, false) }
+    pub(crate) fn expect(&self, row: u8) {
+        self.soon.expect(usize::from(row));
     }
 
     /// The block's own values of a row in the array `i`.
     #[inline(always)]
     pub(crate) fn own(&self, i: usize, first: usize) -> Lanes<T> {
-        Lanes::load(&self.own[i][first..])
+        self.own.lanes(i, first)
     }
 }
 
@@ -122,7 +128,7 @@ pub(crate) struct Surroundings<'a, T: Real> {
     links: &'a Links,
     /// In the block itself.
     pub(crate) own: &'a Shape<T>,
-    near: Near<'a, T, { SHAPES * STRIDE }>,
+    near: Near<'a, T, 9>,
 }
 
 impl<'a, T: Real> Surroundings<'a, T> {
@@ -133,8 +139,8 @@ impl<'a, T: Real> Surroundings<'a, T> {
     /// The eight values of array `array` for a row, each taken from the cell at -c. Mirrors do not change them.
     #[inline(always)]
     pub(crate) fn pull(&self, beside: &Beside, c: [i32; 3], array: usize) -> Lanes<T> {
-        let mut to = Lanes::from_f64(0.0);
-        pull(&self.near, self.links, beside, c, |_| array * STRIDE, &mut to.0);
+        let mut to = Lanes::ZERO;
+        pull(&self.near, self.links, beside, c, |_| array, &mut to);
         to
     }
 }

@@ -73,7 +73,7 @@ impl<T: Real> Grid<T> {
 
     /// The surface, to hold it.
     pub(crate) fn held(&self) -> Held<T> {
-        let fill = self.front.iter().map(|field| std::array::from_fn(|cell| field[FILL][cell])).collect();
+        let fill = self.front.iter().map(|field| std::array::from_fn(|cell| field[(FILL, cell)])).collect();
         Held { fill, mass: self.mass.iter().map(|mass| **mass).collect() }
     }
 
@@ -85,7 +85,7 @@ impl<T: Real> Grid<T> {
             .for_each(|(front, mass, kinds, held)| {
                 **mass = *held;
                 for cell in (0..CELLS).filter(|cell| kinds[cell / EDGE].wet() >> (cell % EDGE) & 1 == 1) {
-                    let f: [T; Q] = std::array::from_fn(|i| front[i][cell]);
+                    let f: [T; Q] = std::array::from_fn(|i| front[(i, cell)]);
                     let (excess, momentum) = density_and_momentum(&f);
                     let weighs = if kinds[cell / EDGE].interface >> (cell % EDGE) & 1 == 1 {
                         mass[cell].clamp(0.0, 1.0 + excess)
@@ -96,7 +96,7 @@ impl<T: Real> Grid<T> {
                     let taken = [0, 1, 2].map(|a| braking.brake * (momentum[a] - 0.5 * weighs * gravity[a]));
                     for i in 1..Q {
                         let along: f64 = (0..3).map(|a| f64::from(C[i][a]) * taken[a]).sum();
-                        front[i][cell] = T::from_f64(f[i].to_f64() - 3.0 * W[i] * along);
+                        front[(i, cell)] = T::from_f64(f[i].to_f64() - 3.0 * W[i] * along);
                     }
                 }
             });
@@ -106,14 +106,14 @@ impl<T: Real> Grid<T> {
     pub(crate) fn put_back(&mut self, held: &Held<T>) {
         for (slot, cell) in self.interface_cells().collect::<Vec<_>>() {
             let fill = held.fill[slot][cell];
-            self.front[slot][FILL][cell] = fill;
-            self.back[slot][FILL][cell] = fill;
+            self.front[slot][(FILL, cell)] = fill;
+            self.back[slot][(FILL, cell)] = fill;
             self.mass[slot][cell] = fill.to_f64() * (1.0 + self.excess_density(slot, cell));
         }
     }
 
     fn excess_density(&self, slot: usize, cell: usize) -> f64 {
-        (0..Q).map(|i| self.front[slot][i][cell].to_f64()).sum()
+        (0..Q).map(|i| self.front[slot][(i, cell)].to_f64()).sum()
     }
 
     fn wet_cells(&self) -> impl Iterator<Item = (usize, usize)> + '_ {

@@ -17,7 +17,7 @@
 use rayon::prelude::*;
 use tremie_numerics::DVec3;
 
-use crate::collision::{COMPONENT, LEAST_RESISTANCE, Moments, collide, moments, rescale};
+use crate::collision::{COMPONENT, Held, LEAST_RESISTANCE, Moments, collide, moments, rescale};
 use crate::contact::Exchange;
 use crate::grid::{FILL, Field, Grid, Kinds, SHARE, Shape, VELOCITY};
 use crate::lanes::{LANES, Lanes};
@@ -25,7 +25,7 @@ use crate::lattice::{C, Q, W, each_pair, opposite};
 use crate::plane::reconstruct;
 use crate::real::{Number, Real, by_axis, larger};
 use crate::relaxation::Relaxation;
-use crate::rows::{BulkRow, Rows, SurfaceRow};
+use crate::rows::{Rows, SurfaceRow};
 use crate::source::{Source, Surroundings};
 use crate::topology::{CELLS, ROWS};
 use crate::transport::gains;
@@ -46,6 +46,9 @@ const EMPTY_OUTSIDE: f64 = 0.1;
 const REACHES: f64 = 0.1;
 /// Fill up to which it does so. (A cell nearly full fills up.)
 const THIN: f64 = 0.9;
+
+/// Rows whose populations are fetched before the first of them is worked on.
+const BATCH: usize = 8;
 
 /// Densities between which a cell counts as sound.
 const SOUND: [f64; 2] = [0.5, 2.0];
@@ -89,16 +92,17 @@ impl Default for Findings {
     }
 }
 
-/// A row on its way through a step.
-struct Passing<T> {
-    /// Populations.
-    f: [Lanes<T>; Q],
-    /// Mass of interface cells, infinite in all others.
-    mass: Lanes<T>,
-    /// Least share of the flow curve's stress that the cells resist with.
-    least: Lanes<T>,
-    /// Mass that interface cells gain in this step.
-    gain: [f64; LANES],
+/// Populations of a row.
+type Populations<T> = [Lanes<T>; Q];
+
+impl<T: Real> Held<Lanes<T>> {
+    /// That of one cell.
+    fn of(self, lane: usize) -> Held<T> {
+        match self {
+            Self::Whole => Held::Whole,
+            Self::Partly { mass, least } => Held::Partly { mass: mass.0[lane], least: least.0[lane] },
+        }
+    }
 }
 
 /// The first cell of a row.
@@ -113,7 +117,7 @@ impl<'a, T: Real> Source<'a, T> {
     fn meet_air(&self, around: &SurfaceRow, surface: &Surroundings<'_, T>, f: &mut [Lanes<T>; Q]) {
         let first = first_of(around.row);
         // The gas has density 1 and moves with the fluid.
-        let u = by_axis(|axis| Lanes::load(&surface.own[VELOCITY + axis][first..]));
+        let u = by_axis(|axis| surface.own.lanes(VELOCITY + axis, first));
         let square = Lanes::from_f64(1.5) * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
         each_pair!(P, {
             let (a, b) = (2 * P + 1, 2 * P + 2);
@@ -159,7 +163,8 @@ impl<'a, T: Real> Source<'a, T> {
         row: &SurfaceRow,
         physics: &Physics<T, R>,
         slides: u8,
-        passing: &mut Passing<T>,
+        held: Held<Lanes<T>>,
+        f: &mut Populations<T>,
     ) {
         let first = first_of(row.row);
         for face in 0..FACES.len() {
@@ -169,16 +174,10 @@ impl<'a, T: Real> Source<'a, T> {
             }
             let (axis, normal) = FACES[face];
             let [[a, b], [c, d]] = SLANTED[face];
-            let m = moments(
-                &passing.f,
-                passing.mass,
-                passing.least,
-                by_axis(|a| Lanes::splat(physics.gravity[a])),
-            );
+            let m = moments(f, held, by_axis(|a| Lanes::splat(physics.gravity[a])));
             let normal = Lanes::from_f64(-f64::from(normal));
             let [t, s] = tangents(axis);
             let stress = [normal * m.stress[COMPONENT[axis][t]], normal * m.stress[COMPONENT[axis][s]]];
-            let f = &mut passing.f;
             // Momentum that the wall takes along the two tangents.
             let taken = |from: usize, to: usize| {
                 f[to] + self.own(opposite(to), first) - f[from] - self.own(opposite(from), first)
@@ -203,83 +202,83 @@ impl<'a, T: Real> Source<'a, T> {
         }
     }
 
-    /// A bulk row, ready to collide.
-    #[inline(always)]
-    fn bulk(&self, row: &BulkRow) -> Passing<T> {
-        Passing {
-            f: self.arriving(&row.beside),
-            mass: Lanes::INFINITY,
-            least: Lanes::ONE,
-            gain: [0.0; LANES],
-        }
-    }
-
-    /// A surface row, ready to collide; `mass` is that of the block's cells, `exchange` what it has to do with solids.
+    /// Makes the populations that arrived in a surface row ready to collide; `mass` is that of the block's cells, `exchange` what it has to do with solids. How much
+    /// the cells hold, and what mass they gain in this step.
     #[inline(always)]
     fn surface<R: Relaxation<Lanes<T>>>(
         &self,
         surface: &Surroundings<'_, T>,
         row: &SurfaceRow,
         physics: &Physics<T, R>,
+        f: &mut Populations<T>,
         mass: &mut [f64; CELLS],
         exchange: &mut Exchange,
-    ) -> Passing<T> {
+    ) -> (Held<Lanes<T>>, [f64; LANES]) {
         let first = first_of(row.row);
         let contacts = if row.any_immersed == 0 { [None; LANES] } else { self.contacts(row, first) };
         let slides =
             (0..LANES).fold(0, |bits, k| bits | u8::from(contacts[k].is_some_and(|c| c.slides)) << k);
-        let mut passing = Passing {
-            f: self.arriving(&row.beside),
-            mass: Lanes::INFINITY,
-            least: Lanes::from_f64(LEAST_RESISTANCE),
-            gain: [0.0; LANES],
-        };
+        let mut gain = [0.0; LANES];
+        let (mut held, mut least) = (Lanes::INFINITY, Lanes::from_f64(LEAST_RESISTANCE));
         if row.kinds.interface != 0 {
-            passing.gain = gains(self, surface, row, &passing.f);
-            let mut held = Lanes::ZERO;
+            gain = gains(self, surface, row, f);
             for k in 0..LANES {
-                mass[first + k] += passing.gain[k];
+                mass[first + k] += gain[k];
                 held.0[k] = T::from_f64(mass[first + k]);
             }
-            passing.mass = Lanes::choose(row.kinds.interface, held, Lanes::INFINITY);
+            held = Lanes::choose(row.kinds.interface, held, Lanes::INFINITY);
             // What lies on a wall is held by all of the wall that it wets, be it ever so thin.
             for i in 1..=6 {
                 let wall = row.solid[i] & row.kinds.interface & !slides;
                 if wall != 0 {
-                    let wets = Lanes::load(&surface.own[SHARE + opposite(i) - 1][first..]);
-                    passing.least = Lanes::choose(wall, larger(passing.least, wets), passing.least);
+                    let wets = surface.own.lanes(SHARE + opposite(i) - 1, first);
+                    least = Lanes::choose(wall, larger(least, wets), least);
                 }
             }
             if row.any_air | row.any_interface != 0 {
-                self.meet_air(row, surface, &mut passing.f);
+                self.meet_air(row, surface, f);
             }
         }
         if row.any_solid != 0 {
-            self.meet_walls(row, &mut passing.f);
+            self.meet_walls(row, f);
         }
         if row.any_immersed != 0 {
-            self.meet_solids(row, first, &contacts, physics.gravity, &mut passing.f, mass, exchange);
+            self.meet_solids(row, first, &contacts, physics.gravity, f, mass, exchange);
         }
+        let held = Held::Partly { mass: held, least };
         let wet = row.kinds.wet();
         if wet != 0xff {
-            for f in &mut passing.f {
+            for f in &mut *f {
                 *f = f.only(wet);
             }
         }
         if !physics.law.is_newtonian() {
-            self.yield_at_walls(row, physics, slides, &mut passing);
+            self.yield_at_walls(row, physics, slides, held, f);
         }
         if row.any_immersed != 0 && !exchange.loads.is_empty() {
-            self.load_solids(row, first, &contacts, &passing.f, &mut exchange.loads);
+            self.load_solids(row, first, &contacts, f, &mut exchange.loads);
         }
-        passing
+        (held, gain)
     }
+}
+
+/// [`rescale`] for a row: few steps do it, and it is not worth a copy in every kernel.
+#[inline(never)]
+fn rescale_row<T: Real, R: Relaxation<Lanes<T>>>(
+    f: &Populations<T>,
+    held: Held<Lanes<T>>,
+    gravity: [Lanes<T>; 3],
+    law: &R,
+    factor: Lanes<T>,
+) -> (Populations<T>, Lanes<T>) {
+    rescale(f, held, gravity, law, factor)
 }
 
 /// Collides a row, writes it back, and notes a cell that is no longer sound. Returns the density.
 #[inline(always)]
 fn collide_row<T: Real, R: Relaxation<Lanes<T>>>(
-    passing: &Passing<T>,
+    f: &Populations<T>,
+    held: Held<Lanes<T>>,
     row: u8,
     physics: &Physics<T, R>,
     change: Option<T>,
@@ -289,14 +288,11 @@ fn collide_row<T: Real, R: Relaxation<Lanes<T>>>(
     let first = first_of(row);
     let gravity = by_axis(|a| Lanes::splat(physics.gravity[a]));
     let (post, density) = match change {
-        None => collide(&passing.f, passing.mass, passing.least, gravity, &physics.law),
-        Some(factor) => {
-            let factor = Lanes::splat(factor);
-            rescale(&passing.f, passing.mass, passing.least, gravity, &physics.law, factor)
-        }
+        None => collide(f, held, gravity, &physics.law),
+        Some(factor) => rescale_row(f, held, gravity, &physics.law, Lanes::splat(factor)),
     };
-    for i in 0..Q {
-        post[i].store(&mut back[i][first..]);
+    for (to, post) in back.row_mut(usize::from(row)).iter_mut().zip(&post) {
+        *to = *post;
     }
     let (low, high) = (T::from_f64(SOUND[0]), T::from_f64(SOUND[1]));
     let mut unsound = 0u8;
@@ -330,7 +326,7 @@ fn judge<T: Real>(
         falling |= u8::from(fill[k] < NEAR && gain[k] < -NEAR / SOON) << k;
     }
     let other = Lanes::ONE.only(around.kinds.liquid);
-    Lanes::choose(interface, stored, other).store(&mut back[FILL][first..]);
+    back.put(FILL, first, Lanes::choose(interface, stored, other));
     let below = |limit: f64| (0..LANES).fold(0, |bits, k| bits | u8::from(fill[k] < limit) << k);
     let above = |limit: f64| (0..LANES).fold(0, |bits, k| bits | u8::from(fill[k] > limit) << k);
     let closed = !(around.any_air | around.any_interface);
@@ -348,17 +344,17 @@ fn judge<T: Real>(
 ///
 /// Air becomes interface when a cell beside it has filled. A film thinner than a cell never fills one: without this
 /// the front of a sheet stays where it is as soon as it is lower than a cell.
-fn reach<T: Real>(around: &SurfaceRow, fill: &[T], shape: &Shape<T>, findings: &mut Findings) {
+fn reach<T: Real>(around: &SurfaceRow, fill: Lanes<T>, shape: &Shape<T>, findings: &mut Findings) {
     let first = first_of(around.row);
     let row = usize::from(around.row) & (ROWS - 1);
-    let thin = (0..LANES).fold(0, |bits, k| bits | u8::from(fill[first + k].to_f64() < THIN) << k);
+    let thin = (0..LANES).fold(0, |bits, k| bits | u8::from(fill.0[k].to_f64() < THIN) << k);
     let lasting = around.any_air & thin & !(findings.full[row] | findings.empty[row]);
     for i in 1..=6 {
         let beside = (1..=6).filter(|j| (j - 1) / 2 != (i - 1) / 2);
         let films = beside.fold(0, |bits, j| bits | around.solid[j]) & around.missing[i] & lasting;
         for k in (0..LANES).filter(|k| films >> k & 1 == 1) {
-            let share = shape[SHARE + opposite(i) - 1][first + k].to_f64();
-            let speed = shape[VELOCITY + (i - 1) / 2][first + k].to_f64();
+            let share = shape[(SHARE + opposite(i) - 1, first + k)].to_f64();
+            let speed = shape[(VELOCITY + (i - 1) / 2, first + k)].to_f64();
             let onward = if i % 2 == 1 { -speed } else { speed };
             if share > REACHES && onward > 0.0 {
                 findings.reached.push((first + k, i));
@@ -380,16 +376,29 @@ fn step_block<T: Real, R: Relaxation<Lanes<T>>>(
     mass: &mut [f64; CELLS],
     findings: &mut Findings,
 ) {
-    for row in &rows.bulk {
-        collide_row(&source.bulk(row), row.row, physics, change, back, findings);
+    let mut batch = [[Lanes::ZERO; Q]; BATCH];
+    for rows in rows.bulk.chunks(BATCH) {
+        for (f, row) in batch.iter_mut().zip(rows) {
+            source.expect(row.row);
+            source.arriving(&row.beside, f);
+        }
+        for (f, row) in batch.iter().zip(rows) {
+            collide_row(f, Held::Whole, row.row, physics, change, back, findings);
+        }
     }
-    for row in &rows.surface {
-        let passing = source.surface(surface, row, physics, mass, &mut findings.exchange);
-        let density = collide_row(&passing, row.row, physics, change, back, findings);
-        if row.kinds.interface != 0 {
-            judge(row, &passing.gain, density, mass, back, findings);
+    for rows in rows.surface.chunks(BATCH) {
+        for (f, row) in batch.iter_mut().zip(rows) {
+            source.arriving(&row.beside, f);
+        }
+        for (f, row) in batch.iter_mut().zip(rows) {
+            let (held, gain) = source.surface(surface, row, physics, f, mass, &mut findings.exchange);
+            let density = collide_row(f, held, row.row, physics, change, back, findings);
+            if row.kinds.interface == 0 {
+                continue;
+            }
+            judge(row, &gain, density, mass, back, findings);
             if row.any_solid & row.any_air != 0 {
-                reach(row, &back[FILL], surface.own, findings);
+                reach(row, back.lanes(FILL, first_of(row.row)), surface.own, findings);
             }
         }
     }
@@ -506,18 +515,22 @@ impl<T: Real> Grid<T> {
         let surface = Surroundings::new(&links[slot], shape, slot);
         let mut mass = self.mass[slot].clone();
         let mut exchange = Exchange { swept: 0.0, loads: vec![[DVec3::ZERO; 2]; solids.count()] };
-        let mut show = |passing: &Passing<T>, row: u8, kinds: Kinds| {
+        let mut show = |f: &Populations<T>, held: Held<Lanes<T>>, row: u8, kinds: Kinds| {
             for k in (0..LANES).filter(|k| kinds.wet() >> k & 1 == 1) {
-                let f: [T; Q] = std::array::from_fn(|i| passing.f[i].0[k]);
-                let m = moments(&f, passing.mass.0[k], passing.least.0[k], physics.gravity);
+                let f: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
+                let m = moments(&f, held.of(k), physics.gravity);
                 see(first_of(row) + k, &m, m.omega(&physics.law));
             }
         };
+        let mut f = [Lanes::ZERO; Q];
         for row in &rows.bulk {
-            show(&source.bulk(row), row.row, self.kinds[slot][usize::from(row.row)]);
+            source.arriving(&row.beside, &mut f);
+            show(&f, Held::Whole, row.row, self.kinds[slot][usize::from(row.row)]);
         }
         for row in &rows.surface {
-            show(&source.surface(&surface, row, physics, &mut mass, &mut exchange), row.row, row.kinds);
+            source.arriving(&row.beside, &mut f);
+            let (held, _) = source.surface(&surface, row, physics, &mut f, &mut mass, &mut exchange);
+            show(&f, held, row.row, row.kinds);
         }
         exchange.loads
     }

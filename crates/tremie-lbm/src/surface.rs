@@ -58,7 +58,7 @@ impl<T: Real> Grid<T> {
 
     pub(crate) fn set_populations(&mut self, (slot, cell): Cell, f: &[T; Q]) {
         for i in 0..Q {
-            self.front[slot][i][cell] = f[i];
+            self.front[slot][(i, cell)] = f[i];
         }
     }
 
@@ -72,13 +72,13 @@ impl<T: Real> Grid<T> {
         kinds.interface = kinds.interface & !bit | if interface { bit } else { 0 };
         // Only rows with interface write the fill, so that it must be right in both sets.
         let fill = if liquid { T::ONE } else { T::ZERO };
-        self.front[slot][FILL][cell] = fill;
-        self.back[slot][FILL][cell] = fill;
+        self.front[slot][(FILL, cell)] = fill;
+        self.back[slot][(FILL, cell)] = fill;
         self.touch(slot, cell);
     }
 
     fn populations(&self, (slot, cell): Cell) -> [T; Q] {
-        std::array::from_fn(|i| self.front[slot][i][cell])
+        std::array::from_fn(|i| self.front[slot][(i, cell)])
     }
 
     /// The cells around a cell, with the mirrors crossed; a cell seen twice, directly and in a mirror, comes twice.
@@ -172,7 +172,7 @@ impl<T: Real> Grid<T> {
     pub(crate) fn set_interface(&mut self, cell: Cell, mass: f64, fill: T) {
         self.set_kind(cell, false, true);
         self.mass[cell.0][cell.1] = mass;
-        self.front[cell.0][FILL][cell.1] = fill;
+        self.front[cell.0][(FILL, cell.1)] = fill;
     }
 
     /// Makes sure that blocks exist for all neighbours of a cell.
@@ -324,7 +324,7 @@ impl<T: Real> Grid<T> {
             .map(|slot| {
                 let liquid: u32 = self.kinds[slot].iter().map(|kinds| kinds.liquid.count_ones()).sum();
                 let held = (0..CELLS).filter(|cell| self.is_interface((slot, *cell)));
-                f64::from(liquid) + held.map(|cell| self.front[slot][FILL][cell].to_f64()).sum::<f64>()
+                f64::from(liquid) + held.map(|cell| self.front[slot][(FILL, cell)].to_f64()).sum::<f64>()
             })
             .sum()
     }

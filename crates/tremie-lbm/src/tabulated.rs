@@ -238,32 +238,44 @@ mod tests {
         0.5 * (low + high)
     }
 
+    /// Tractions and growths of the stress over the half-cell, from rigid cells to such as have yielded strongly.
+    const WALLS: [(f64, f64); 6] =
+        [(1.2e-5, 4e-6), (2.5e-5, 1e-5), (6e-5, 1e-5), (1e-4, 4e-5), (2e-4, 5e-5), (2e-4, 4e-6)];
+
+    /// Holds the velocity of a wall by a law against that by bisection, at a cell in simple shear along the wall.
+    fn hold_walls(curve: &FlowCurve, law: &impl Relaxation<f64>) {
+        let lattice = LatticeCurve { curve, scaling: &SCALING };
+        for (traction, growth) in WALLS {
+            let stress = traction - growth;
+            let measure = stress + lattice.rate(stress) / 6.0;
+            let cell = |v: f64| {
+                let measure = measure - v / 3.0;
+                let rate = lattice.rate_of_measure(3.0 * measure.max(0.0));
+                let stress = measure - rate / 6.0;
+                [if rate > 0.0 { rate / stress } else { 0.0 }, traction - v / 3.0 - stress]
+            };
+            let v = law.wall_velocity(traction, growth, cell);
+            let exact = bisect(lattice, traction, cell);
+            let scale = lattice.rate(traction) / 4.0;
+            assert!(
+                (v - exact).abs() < 5e-3 * exact.abs() + 1e-4 * scale + 1e-18,
+                "{curve:?} {traction:e} {growth:e}: {v:e} {exact:e}"
+            );
+        }
+    }
+
     #[test]
     fn wall_velocity_solves_its_equation() {
         for curve in curves() {
-            let lattice = LatticeCurve { curve: &curve, scaling: &SCALING };
-            let law = Tabulated::<f64>::new(&curve, &SCALING);
-            for (traction, growth) in
-                [(1.2e-5, 4e-6), (2.5e-5, 1e-5), (6e-5, 1e-5), (2e-4, 5e-5), (2e-4, 4e-6)]
-            {
-                // A cell in simple shear along the wall.
-                let stress = traction - growth;
-                let measure = stress + lattice.rate(stress) / 6.0;
-                let cell = |v: f64| {
-                    let measure = measure - v / 3.0;
-                    let rate = lattice.rate_of_measure(3.0 * measure.max(0.0));
-                    let stress = measure - rate / 6.0;
-                    [if rate > 0.0 { rate / stress } else { 0.0 }, traction - v / 3.0 - stress]
-                };
-                let v = law.wall_velocity(traction, growth, cell);
-                let exact = bisect(lattice, traction, cell);
-                let scale = lattice.rate(traction) / 4.0;
-                assert!(
-                    (v - exact).abs() < 5e-3 * exact.abs() + 1e-4 * scale + 1e-18,
-                    "{curve:?} {traction:e} {growth:e}: {v:e} {exact:e}"
-                );
-            }
+            hold_walls(&curve, &Tabulated::<f64>::new(&curve, &SCALING));
         }
+    }
+
+    #[test]
+    fn so_does_the_closed_form_of_a_bingham_fluid() {
+        let curve = FlowCurve::Bingham { yield_stress: 50.0, plastic_viscosity: 30.0 };
+        let law = Bingham::<f64>::new(SCALING.stress(50.0), SCALING.viscosity(30.0));
+        hold_walls(&curve, &law);
     }
 
     #[test]

@@ -107,7 +107,7 @@ pub(crate) fn gains<T: Real>(
             continue;
         }
         let ways = half.only(row.liquid[a] & between) + half.only(row.liquid[b] & between);
-        let leaving = Lanes::load(&source.own[opposite(i)][first..]);
+        let leaving = source.own(opposite(i), first);
         let net = arriving[i] - leaving;
         add((one.only(row.liquid[i]) + ways) * net);
     }
@@ -119,10 +119,10 @@ pub(crate) fn gains<T: Real>(
         let axis = (i - 1) / 2;
         let mut u = [zero; 3];
         for a in 0..3 {
-            let here = Lanes::load(&surface.own[VELOCITY + a][first..]);
+            let here = surface.own.lanes(VELOCITY + a, first);
             u[a] = half * (here + surface.pull(&row.beside, C[i], VELOCITY + a));
         }
-        let here = Lanes::load(&surface.own[SHARE + opposite(i) - 1][first..]);
+        let here = surface.own.lanes(SHARE + opposite(i) - 1, first);
         let there = surface.pull(&row.beside, C[i], SHARE + i - 1);
         let through = if i % 2 == 1 { u[axis] } else { -u[axis] };
         let mut flux = Lanes::where_greater(through, zero, there, here) * through;

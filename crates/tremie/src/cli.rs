@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::{check, failure, lab, report, run, schema, template, validate};
+use crate::{bench, check, failure, lab, report, run, schema, template, validate};
 
 /// Virtual laboratory and casting simulator for fresh concrete and other yield-stress fluids.
 #[derive(Debug, Parser)]
@@ -48,6 +48,8 @@ enum Command {
     Check(check::Arguments),
     /// Compare benchmarks with their references
     Validate(validate::Arguments),
+    /// Say how fast this machine is, against what its memory allows
+    Bench(bench::Arguments),
 }
 
 /// Runs the program with the arguments of the process.
@@ -66,6 +68,7 @@ pub fn main() -> ExitCode {
             Command::Report(arguments) => report::run(&arguments),
             Command::Check(arguments) => check::run(&arguments),
             Command::Validate(arguments) => validate::run(arguments),
+            Command::Bench(arguments) => bench::run(&arguments),
         })
     })();
     result.unwrap_or_else(|error| failure::report(&error))

@@ -7,6 +7,7 @@
 //! Exit codes: 0 done, 1 failed (the numbers broke down, a benchmark failed), 2 wrong input or arguments, 130
 //! interrupted.
 
+mod bench;
 mod check;
 mod cli;
 mod failure;

@@ -1,9 +1,15 @@
 //! Spread of a cake of fluid on the floor, as in EN 12350-8, in m.
 //!
-//! The front along a ray from the spread axis is the outermost point where the cover of the columns is one half. At a
-//! steep front that is the front itself, within a tenth of a cell; where the body thins out to a film it is where the
-//! film is half a cell thick: a grid cannot tell a thinner one from nothing. (Taken from the column heights instead,
+//! The front along a ray from the spread axis is found from the outermost point where the cover of the columns is one half. At a
+//! steep front that is the front itself, within a tenth of a cell. (Taken from the column heights instead,
 //! a steep front would lie half a cell too far out, since a sliver of a tall column holds as much as a film.)
+//!
+//! Where the body thins out, the film is still half a cell thick there, and a grid cannot tell a thinner one from nothing. A
+//! yield-stress fluid at rest thins out as the root of the distance s to its front, `h^2 = 2 tau_y s / (rho g)`
+//! (Liu and Mei 1989; Roussel and Coussot 2005), whatever its yield stress; so the front lies a third of the distance between the heights
+//! of one and one half cell further out. Without this a sheet of 20 Pa in cells of 5 mm reads 1 % too small.
+//! At a steep front the height of one cell is no further in, and nothing is added.
+//!
 //! A front that stands against a wall of the domain is at the wall.
 
 use std::f64::consts::TAU;
@@ -37,8 +43,9 @@ impl Spread {
     /// Measures the spread around the vertical axis through `centre` (x, y in m).
     pub(super) fn measure(cells: &Cells, height: &Plan, centre: DVec2) -> Self {
         let cover = Plan::cover(cells);
-        let radii: [f64; RAYS] =
-            std::array::from_fn(|n| front(&cover, centre, DVec2::from_angle(TAU * n as f64 / RAYS as f64)));
+        let radii: [f64; RAYS] = std::array::from_fn(|n| {
+            front(&cover, height, centre, DVec2::from_angle(TAU * n as f64 / RAYS as f64))
+        });
         let diameter = |n: usize| radii[n] + radii[n + RAYS / 2];
         Self {
             mean: 2.0 * radii.iter().sum::<f64>() / RAYS as f64,
@@ -72,16 +79,26 @@ pub fn profile(cells: &Cells, centre: DVec2) -> Vec<[f64; 2]> {
 }
 
 /// Distance in m from `centre` to the front along `direction` (of unit length); 0 if the ray meets no fluid.
-fn front(cover: &Plan, centre: DVec2, direction: DVec2) -> f64 {
-    let wet = |r: f64| cover.at(centre + r * direction) >= 0.5;
+fn front(cover: &Plan, height: &Plan, centre: DVec2, direction: DVec2) -> f64 {
     let reach = reach(cover.extent(), centre, direction);
-    if wet(reach) {
+    let half = outermost(cover, 0.5, centre, direction, reach);
+    let whole = outermost(height, height.size(), centre, direction, reach);
+    // A body that is nowhere as high as a cell tells nothing about its toe.
+    let toe = if whole > 0.0 { (half - whole).max(0.0) / 3.0 } else { 0.0 };
+    (half + toe).min(reach)
+}
+
+/// Distance in m from `centre` to the outermost point within `reach` along a ray where a quantity has a level; 0 if it has it
+/// nowhere.
+fn outermost(plan: &Plan, level: f64, centre: DVec2, direction: DVec2, reach: f64) -> f64 {
+    let above = |r: f64| plan.at(centre + r * direction) >= level;
+    if above(reach) {
         return reach;
     }
     // From outside inwards in steps short enough not to miss a column, then by bisection.
-    let step = 0.25 * cover.size();
+    let step = 0.25 * plan.size();
     let mut n = (reach / step).floor();
-    while n >= 0.0 && !wet(n * step) {
+    while n >= 0.0 && !above(n * step) {
         n -= 1.0;
     }
     if n < 0.0 {
@@ -93,7 +110,7 @@ fn front(cover: &Plan, centre: DVec2, direction: DVec2) -> f64 {
         if middle <= inside || middle >= outside {
             return inside;
         }
-        if wet(middle) {
+        if above(middle) {
             inside = middle;
         } else {
             outside = middle;
@@ -118,7 +135,7 @@ mod tests {
 
     #[test]
     fn the_profile_of_a_cake_is_its_height() {
-        let cake = Cake { radius: 0.3, top: 0.04, size: 0.005, axis: DVec2::ZERO };
+        let cake = Cake { power: 0.5, radius: 0.3, top: 0.04, size: 0.005, axis: DVec2::ZERO };
         let cells = cake.cells(DVec2::ZERO, DVec2::splat(0.35), [[true, false]; 2]);
         let points = profile(&cells, cake.axis);
         for [r, height] in points.iter().filter(|[r, _]| *r < 0.28) {
@@ -130,8 +147,10 @@ mod tests {
         assert!(profile(&Cells { size: 0.1, ..Cells::default() }, DVec2::ZERO).is_empty());
     }
 
-    /// A round cake of radius `radius` whose height falls as `top` sqrt(1 - r / radius), in cells of edge `size`.
+    /// A round cake of radius `radius` whose height falls as `top` (1 - r / radius)^`power`, in cells of edge `size`: one half is
+    /// that of a yield-stress fluid at rest, nought a cylinder.
     struct Cake {
+        power: f64,
         radius: f64,
         top: f64,
         size: f64,
@@ -140,12 +159,8 @@ mod tests {
 
     impl Cake {
         fn height(&self, point: DVec2) -> f64 {
-            self.top * (1.0 - point.distance(self.axis) / self.radius).max(0.0).sqrt()
-        }
-
-        /// Diameter at which the height is half a cell.
-        fn spread(&self) -> f64 {
-            2.0 * self.radius * (1.0 - (0.5 * self.size / self.top).powi(2))
+            let inside = 1.0 - point.distance(self.axis) / self.radius;
+            if inside > 0.0 { self.top * inside.powf(self.power) } else { 0.0 }
         }
 
         /// Fills a domain between two corners (x, y in m).
@@ -186,23 +201,23 @@ mod tests {
 
     #[test]
     fn spread_of_a_round_cake_at_any_size_and_place() {
-        for size in [0.01, 0.005] {
+        for (power, size) in [(0.5, 0.01), (0.5, 0.005), (0.0, 0.01), (0.0, 0.005)] {
             for offset in [DVec2::ZERO, DVec2::new(0.3, 0.1), DVec2::splat(0.5), DVec2::new(0.77, 0.41)] {
-                for (radius, top) in [(0.3, 0.05), (0.325, 0.08), (0.1537, 0.2)] {
-                    let cake = Cake { radius, top, size, axis: offset * size };
+                for (radius, top) in [(0.35, 0.026), (0.3, 0.05), (0.325, 0.08), (0.1537, 0.2)] {
+                    let cake = Cake { power, radius, top, size, axis: offset * size };
                     let cells = cake.cells(DVec2::splat(-0.4), DVec2::splat(0.4), [[false; 2]; 2]);
                     let spread = measure(&cells, cake.axis);
-                    for (what, value, tolerance) in [
-                        ("mean", spread.mean, 0.2),
-                        ("x", spread.x, 0.3),
-                        ("y", spread.y, 0.3),
-                        ("diagonal", spread.diagonal, 0.3),
-                        ("max", spread.max, 0.3),
+                    for (what, value) in [
+                        ("mean", spread.mean),
+                        ("x", spread.x),
+                        ("y", spread.y),
+                        ("diagonal", spread.diagonal),
+                        ("max", spread.max),
                     ] {
-                        let error = (value - cake.spread()) / size;
+                        let error = (value - 2.0 * cake.radius) / size;
                         assert!(
-                            error.abs() < tolerance,
-                            "{what} {value} of radius {radius}, cell {size}, offset {offset}: {error} cells"
+                            error.abs() < 0.35,
+                            "{what} {value} of radius {radius}, top {top}, power {power}, cell {size}, offset {offset}: {error} cells"
                         );
                     }
                     assert!((spread.height - cake.height(cake.axis)).abs() < 0.1 * top);
@@ -213,7 +228,7 @@ mod tests {
 
     #[test]
     fn a_quarter_reads_as_the_whole() {
-        let cake = Cake { radius: 0.31, top: 0.07, size: 0.005, axis: DVec2::ZERO };
+        let cake = Cake { power: 0.5, radius: 0.31, top: 0.07, size: 0.005, axis: DVec2::ZERO };
         let (corner, middle) = (DVec2::splat(0.4), DVec2::ZERO);
         let whole = measure(&cake.cells(-corner, corner, [[false; 2]; 2]), middle);
         for (min, max, symmetry) in [
@@ -237,7 +252,7 @@ mod tests {
 
     #[test]
     fn a_box_that_is_cropped_to_the_fluid_reads_the_same() {
-        let cake = Cake { radius: 0.2, top: 0.07, size: 0.01, axis: DVec2::new(0.004, 0.0) };
+        let cake = Cake { power: 0.5, radius: 0.2, top: 0.07, size: 0.01, axis: DVec2::new(0.004, 0.0) };
         let wide = cake.cells(DVec2::splat(-0.4), DVec2::splat(0.4), [[false; 2]; 2]);
         let mut cropped = cake.cells(DVec2::splat(-0.22), DVec2::splat(0.22), [[false; 2]; 2]);
         cropped.domain = wide.domain;
@@ -249,8 +264,8 @@ mod tests {
     fn turning_the_body_exchanges_x_and_y_only() {
         // An uneven cake: a round one and a lump beside it.
         let (cake, lump) = (
-            Cake { radius: 0.2, top: 0.07, size: 0.01, axis: DVec2::new(0.013, -0.021) },
-            Cake { radius: 0.1, top: 0.05, size: 0.01, axis: DVec2::new(0.19, 0.05) },
+            Cake { power: 0.5, radius: 0.2, top: 0.07, size: 0.01, axis: DVec2::new(0.013, -0.021) },
+            Cake { power: 0.5, radius: 0.1, top: 0.05, size: 0.01, axis: DVec2::new(0.19, 0.05) },
         );
         let corner = DVec2::splat(0.4);
         let mut cells = cake.cells(-corner, corner, [[false; 2]; 2]);

@@ -1,0 +1,336 @@
+//! `tremie bench`: how fast this machine is, and which share of what its memory allows.
+//!
+//! A cell update must read and write the populations of the cell, if nothing is kept twice and nothing else is moved:
+//! that many bytes, at the bandwidth of the memory, are the limit that updates are held against (`bandwidth_share`).
+//! The bandwidth is measured in the same run.
+
+mod bandwidth;
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+use clap::{Args, ValueEnum};
+use indicatif::HumanCount;
+use serde::Serialize;
+use tremie_case::{Case, Method, Precision};
+use tremie_simulation::Load;
+use tremie_simulation::gauges::Gauges;
+use tremie_simulation::rest::RestWatch;
+
+use crate::numbers::significant;
+use crate::terminal;
+
+/// Repeats of a box, of which the median counts.
+const REPEATS: usize = 7;
+/// Wall-clock seconds of a repeat.
+const REPEAT: f64 = 1.0;
+/// Steps before the first repeat, in which memory and caches warm up.
+const WARM_UP: usize = 3;
+/// Simulated seconds of a slump with `--quick`.
+const QUICK: f64 = 2.0;
+/// Populations of a cell.
+const POPULATIONS: f64 = 19.0;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  tremie bench
+  tremie bench lbm-box-f32 --threads 1
+  tremie bench --quick --json
+
+Updates are those of cells that hold fluid. Bytes an update: what must be read and written of each cell in place;
+the share of the bandwidth is that of reading, changing and writing a large array in the same run.")]
+pub(crate) struct Arguments {
+    /// What to measure [default: all]
+    #[arg(value_enum, value_name = "ID")]
+    ids: Vec<Id>,
+    /// Compute only the first seconds of the slump
+    #[arg(long)]
+    quick: bool,
+    /// Print a JSON list instead of a table, in SI units
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Id {
+    /// Read, change and write a large array: the limit
+    Bandwidth,
+    /// 128^3 cells full of Bingham fluid, in 32 bits
+    LbmBoxF32,
+    /// The same in 64 bits
+    LbmBoxF64,
+    /// Slump flow to rest in 5 mm cells, whole domain, in 32 bits
+    LbmSlumpF32,
+}
+
+/// A row of the table, an entry of the list.
+#[derive(Debug, Default, Serialize)]
+struct Entry {
+    id: String,
+    precision: Option<&'static str>,
+    threads: usize,
+    /// Cells of the domain.
+    cells: Option<usize>,
+    /// Cells that hold fluid; on average if they become more or fewer.
+    wet_cells: Option<f64>,
+    /// Cells that memory is kept for, over those that hold fluid.
+    allocated_over_wet: Option<f64>,
+    /// Bytes of memory for each of them.
+    bytes_per_allocated_cell: Option<f64>,
+    steps: Option<u64>,
+    /// Wall-clock time of the steps in s.
+    seconds: Option<f64>,
+    updates_per_second: Option<f64>,
+    bytes_per_update: Option<f64>,
+    /// Bytes moved per second: what the memory can do, or what the updates need of it.
+    bytes_per_second: f64,
+    bandwidth_share: f64,
+}
+
+/// Measures.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
+    let all = arguments.ids.is_empty();
+    let asked = Id::value_variants().iter().filter(|id| all || arguments.ids.contains(id));
+    // The limit is needed for the share of all others.
+    let others = asked.filter(|id| **id != Id::Bandwidth);
+    if !arguments.json {
+        terminal::say(&line(&HEADER.map(str::to_owned)));
+    }
+    let show = |entry: &Entry| {
+        if !arguments.json {
+            terminal::say(&line(&entry.columns()));
+        }
+    };
+    let limit = Entry {
+        id: name(Id::Bandwidth),
+        threads: rayon::current_num_threads(),
+        bytes_per_second: bandwidth::measure(),
+        bandwidth_share: 1.0,
+        ..Entry::default()
+    };
+    show(&limit);
+    let bandwidth = limit.bytes_per_second;
+    let mut entries = vec![limit];
+    for id in others {
+        let work = match id {
+            Id::LbmBoxF32 => full_box(Precision::F32)?,
+            Id::LbmBoxF64 => full_box(Precision::F64)?,
+            Id::LbmSlumpF32 => slump(arguments.quick)?,
+            Id::Bandwidth => continue,
+        };
+        let entry = Entry::new(name(*id), &work, bandwidth);
+        show(&entry);
+        entries.push(entry);
+    }
+    if arguments.json {
+        terminal::say(&serde_json::to_string_pretty(&entries)?);
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn name(id: Id) -> String {
+    id.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+/// What a simulation did.
+struct Work {
+    precision: Precision,
+    cells: usize,
+    /// Mean cells that held fluid, and that memory was kept for.
+    wet: f64,
+    allocated: f64,
+    bytes_per_cell: f64,
+    steps: u64,
+    seconds: f64,
+    updates_per_second: f64,
+}
+
+/// A box full of fluid: the median pace of some seconds.
+fn full_box(precision: Precision) -> anyhow::Result<Work> {
+    let case = full_box_case(precision)?;
+    let mut simulation = tremie_lbm::simulation(&case);
+    for _ in 0..WARM_UP {
+        simulation.advance()?;
+    }
+    let (mut steps, mut seconds, mut paces) = (0, 0.0, Vec::new());
+    for _ in 0..REPEATS {
+        let (start, before) = (Instant::now(), simulation.load().updates);
+        while start.elapsed().as_secs_f64() < REPEAT {
+            simulation.advance()?;
+            steps += 1;
+        }
+        let took = start.elapsed().as_secs_f64();
+        paces.push((simulation.load().updates - before) as f64 / took);
+        seconds += took;
+    }
+    paces.sort_by(f64::total_cmp);
+    let Load { wet, allocated, bytes, .. } = simulation.load();
+    Ok(Work {
+        precision,
+        cells: cells(&case),
+        wet: wet as f64,
+        allocated: allocated as f64,
+        bytes_per_cell: bytes as f64 / allocated as f64,
+        steps,
+        seconds,
+        updates_per_second: paces[REPEATS / 2],
+    })
+}
+
+/// The slump flow of the laboratory, to rest or for a while. Gauges do not count.
+fn slump(quick: bool) -> anyhow::Result<Work> {
+    let case = slump_case(quick)?;
+    let mut simulation = tremie_lbm::simulation(&case);
+    let (gauges, mut watch) = (Gauges::new(&case), RestWatch::default());
+    let (mut steps, mut seconds, mut readings) = (0u64, 0.0, 0u32);
+    let (mut allocated, mut bytes) = (0.0, 0.0);
+    loop {
+        let now = gauges.measure(&simulation.snapshot());
+        let rests = case.stop.rest.is_some_and(|rest| {
+            watch.update(&rest, &now);
+            watch.reached(&rest)
+        });
+        if rests || now.time >= case.stop.time {
+            break;
+        }
+        readings += 1;
+        let load = simulation.load();
+        allocated += load.allocated as f64;
+        bytes += load.bytes as f64;
+        let start = Instant::now();
+        while simulation.time() < f64::from(readings) * case.gauges.interval {
+            simulation.advance()?;
+            steps += 1;
+        }
+        seconds += start.elapsed().as_secs_f64();
+    }
+    let updates = simulation.load().updates as f64;
+    Ok(Work {
+        precision: Precision::F32,
+        cells: cells(&case),
+        wet: updates / steps as f64,
+        allocated: allocated / f64::from(readings),
+        bytes_per_cell: bytes / allocated,
+        steps,
+        seconds,
+        updates_per_second: updates / seconds,
+    })
+}
+
+fn full_box_case(precision: Precision) -> anyhow::Result<Case> {
+    let mut case = Case::parse("box.toml", include_str!("box.toml"))?;
+    let Method::Lbm(lbm) = &mut case.method;
+    lbm.precision = precision;
+    Ok(case)
+}
+
+fn slump_case(quick: bool) -> anyhow::Result<Case> {
+    let mut case = Case::parse("slump.toml", include_str!("slump.toml"))?;
+    if quick {
+        case.stop.time = QUICK;
+    }
+    Ok(case)
+}
+
+fn cells(case: &Case) -> usize {
+    let Method::Lbm(lbm) = &case.method;
+    case.domain.cells(lbm.cell_size).iter().product()
+}
+
+const HEADER: [&str; 9] = [
+    "id",
+    "cells",
+    "wet",
+    "allocated/wet",
+    "bytes/cell",
+    "M updates/s",
+    "bytes/update",
+    "GB/s",
+    "of bandwidth",
+];
+
+fn line(columns: &[String; 9]) -> String {
+    let [id, rest @ ..] = columns;
+    rest.iter().fold(format!("{id:<14}"), |line, column| format!("{line} {column:>13}"))
+}
+
+impl Entry {
+    fn new(id: String, work: &Work, bandwidth: f64) -> Self {
+        let (precision, size) = match work.precision {
+            Precision::F32 => ("f32", 4.0),
+            Precision::F64 => ("f64", 8.0),
+        };
+        let bytes_per_update = 2.0 * POPULATIONS * size;
+        let bytes_per_second = bytes_per_update * work.updates_per_second;
+        Self {
+            id,
+            precision: Some(precision),
+            threads: rayon::current_num_threads(),
+            cells: Some(work.cells),
+            wet_cells: Some(work.wet.round()),
+            allocated_over_wet: Some(work.allocated / work.wet),
+            bytes_per_allocated_cell: Some(work.bytes_per_cell),
+            steps: Some(work.steps),
+            seconds: Some(work.seconds),
+            updates_per_second: Some(work.updates_per_second),
+            bytes_per_update: Some(bytes_per_update),
+            bytes_per_second,
+            bandwidth_share: bytes_per_second / bandwidth,
+        }
+    }
+
+    fn columns(&self) -> [String; 9] {
+        let show = |value: Option<f64>, text: fn(f64) -> String| value.map_or_else(|| "-".to_owned(), text);
+        let count = |number: f64| HumanCount(number as u64).to_string();
+        [
+            self.id.clone(),
+            show(self.cells.map(|n| n as f64), count),
+            show(self.wet_cells, count),
+            show(self.allocated_over_wet, |ratio| format!("{ratio:.2}")),
+            show(self.bytes_per_allocated_cell, |bytes| format!("{bytes:.0}")),
+            show(self.updates_per_second.map(|pace| 1e-6 * pace), |pace| format!("{pace:.1}")),
+            show(self.bytes_per_update, significant),
+            format!("{:.1}", 1e-9 * self.bytes_per_second),
+            format!("{:.1} %", 100.0 * self.bandwidth_share),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cases_are_what_their_names_say() {
+        let full = full_box_case(Precision::F64).unwrap();
+        assert_eq!(cells(&full), 128 * 128 * 128);
+        assert!((tremie_lbm::Plan::new(&full).wet_cells / 128f64.powi(3) - 1.0).abs() < 1e-9);
+        let slump = slump_case(false).unwrap();
+        assert_eq!(tremie_lbm::Plan::new(&slump).cells, [150, 150, 61]);
+        assert!(slump.stop.rest.is_some() && slump_case(true).unwrap().stop.time == QUICK);
+    }
+
+    #[test]
+    fn an_entry_has_the_keys_that_scripts_ask_for() {
+        let work = Work {
+            precision: Precision::F32,
+            cells: 1000,
+            wet: 500.0,
+            allocated: 1000.0,
+            bytes_per_cell: 200.0,
+            steps: 10,
+            seconds: 1.0,
+            updates_per_second: 1e8,
+        };
+        let entry = Entry::new(name(Id::LbmBoxF32), &work, 38e9);
+        let json = serde_json::to_value(&entry).unwrap();
+        assert_eq!((&json["id"], &json["precision"]), (&"lbm-box-f32".into(), &"f32".into()));
+        for key in ["threads", "cells", "wet_cells", "updates_per_second"] {
+            assert!(json[key].is_number(), "{key}");
+        }
+        // 19 populations of 4 bytes, read and written.
+        assert_eq!(json["bytes_per_update"], 152.0);
+        assert_eq!(json["bandwidth_share"], 0.4);
+    }
+}
