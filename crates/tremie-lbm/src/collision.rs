@@ -10,9 +10,9 @@
 //!
 //! only the deviatoric stress is relaxed with `omega`; the trace and all higher even moments go to equilibrium at
 //! once, the odd moments relax with `omega_odd` from `(1/omega - 1/2)(1/omega_odd - 1/2) = 3/16`, which keeps a
-//! half-way wall in its place (Ginzburg, Verhaeghe and d'Humieres 2008), but at rate 1 at least: far below a lattice viscosity of 1/8
-//! the rule would hardly relax them at all, and where a nearly inviscid flow is stretched they would grow without bounds (the foot
-//! of a dam break below 0.01). The wall is then off by less than the rule was made to mend. After the collision
+//! half-way wall in its place for every viscosity (Ginzburg, Verhaeghe and d'Humieres 2008). In a nearly inviscid fluid (lattice viscosity below 1/64)
+//! the rule would hardly relax them at all, and where such a flow is stretched they would grow without bounds (the foot
+//! of a dam break): there they relax at rate 1. After the collision
 //!
 //! ```text
 //!     even part:  w (rho - 1) + 9/2 w (c c - I/3) : (rho u u + (1 - omega) P + (u F + F u)/2)
@@ -40,9 +40,14 @@ use crate::relaxation::Relaxation;
 /// The magic parameter of the two relaxation rates.
 const MAGIC: f64 = 3.0 / 16.0;
 
-/// Least relaxation rate of the odd moments: the rule asks for less at lattice viscosities below 1/8. (With 1/4 a dam break at a lattice
-/// viscosity of a few thousandths is torn apart.)
-const LEAST_ODD: f64 = 1.0;
+/// Lattice viscosity below which a fluid counts as nearly inviscid.
+const NEARLY_INVISCID: f64 = 1.0 / 64.0;
+
+/// Least relaxation rate of the odd moments in a fluid of a lattice viscosity. (With 1/4 a dam break at a few thousandths is torn
+/// apart.)
+pub(crate) fn least_odd(viscosity: f64) -> f64 {
+    if viscosity < NEARLY_INVISCID { 1.0 } else { 0.0 }
+}
 
 /// Moments of one cell, or of the cells of a row, before the collision, in lattice units.
 #[derive(Clone, Copy)]
@@ -189,20 +194,21 @@ pub(crate) fn moments<T: Number>(f: &[T; Q], held: Held<T>, gravity: [T; 3]) -> 
     Moments { excess_density, density, momentum, force, velocity, stress, q, fill, resistance }
 }
 
-/// Populations after the collision, and the density.
+/// Populations after the collision, and the density; the odd moments relax at the rate `least_odd` at least.
 #[inline(always)]
 pub(crate) fn collide<T: Number, R: Relaxation<T>>(
     f: &[T; Q],
     held: Held<T>,
     gravity: [T; 3],
     law: &R,
+    least_odd: T,
 ) -> ([T; Q], T) {
     let m = moments(f, held, gravity);
     let omega = m.omega(law);
     let two = T::from_f64(2.0);
     // 1/omega_odd = 1/2 + magic/(1/omega - 1/2), multiplied out so that omega = 0 is no special case.
     let omega_odd = two * (two - omega) / (two - omega + T::from_f64(4.0 * MAGIC) * omega);
-    let omega_odd = larger(omega_odd, T::from_f64(LEAST_ODD));
+    let omega_odd = larger(omega_odd, least_odd);
     let keep_odd = T::from_f64(0.5) * (T::ONE - omega_odd);
     let push = by_axis(|a| omega_odd * m.momentum[a] + m.force[a]);
     let post =
@@ -325,7 +331,7 @@ mod tests {
     #[test]
     fn mass_is_kept_and_momentum_gains_the_force() {
         let before = populations();
-        let (after, density) = collide(&before, Held::Whole, GRAVITY, &Bingham::new(1e-4, 0.1));
+        let (after, density) = collide(&before, Held::Whole, GRAVITY, &Bingham::new(1e-4, 0.1), 0.0);
         let (r0, j0) = density_and_momentum(&before);
         let (r1, j1) = density_and_momentum(&after);
         assert!((r0 - r1).abs() < 1e-15 && (density - 1.0 - r0).abs() < 1e-15);
@@ -339,7 +345,7 @@ mod tests {
         let before = populations();
         let law = Bingham::new(1e-4, 0.1);
         let m0 = moments(&before, Held::Whole, [0.0; 3]);
-        let (after, _) = collide(&before, Held::Whole, [0.0; 3], &law);
+        let (after, _) = collide(&before, Held::Whole, [0.0; 3], &law, 0.0);
         let m1 = moments(&after, Held::Whole, [0.0; 3]);
         let omega = law.omega(m0.q);
         assert!(omega > 0.1 && omega < 1.9);
@@ -357,7 +363,7 @@ mod tests {
     fn equilibrium_stays() {
         let before = equilibrium::<f64>(0.004, [0.02, -0.03, 0.01]);
         for law in [Bingham::new(0.0, 0.1), Bingham::new(1e-4, 0.1)] {
-            let (after, _) = collide(&before, Held::Whole, [0.0; 3], &law);
+            let (after, _) = collide(&before, Held::Whole, [0.0; 3], &law, 0.0);
             for i in 0..Q {
                 assert!((after[i] - before[i]).abs() < 1e-16);
             }
@@ -370,12 +376,12 @@ mod tests {
         let before = populations();
         let law = Bingham::new(1e-4, 0.1);
         let held = Held::Partly { mass: 0.4, least: 0.1 };
-        let (after, _) = collide(&before, held, GRAVITY, &law);
+        let (after, _) = collide(&before, held, GRAVITY, &law, 0.0);
         for flip in 0..8usize {
             let mirrored: [f64; Q] = std::array::from_fn(|i| before[usize::from(MIRROR[flip][i])]);
             let sign = |a: usize| if flip >> a & 1 == 1 { -1.0 } else { 1.0 };
             let gravity = [0, 1, 2].map(|a| sign(a) * GRAVITY[a]);
-            let (other, _) = collide(&mirrored, held, gravity, &law);
+            let (other, _) = collide(&mirrored, held, gravity, &law, 0.0);
             for i in 0..Q {
                 assert!((other[i] - after[usize::from(MIRROR[flip][i])]).abs() < 1e-16);
             }

@@ -5,7 +5,7 @@
 use tremie_numerics::DVec3;
 use tremie_rheology::FlowCurve;
 
-use crate::collision::Moments;
+use crate::collision::{Moments, least_odd};
 use crate::grid::Grid;
 use crate::real::Real;
 use crate::relaxation::Bingham;
@@ -27,13 +27,15 @@ impl<T: Real> Fluid<T> {
     /// The fluid of a flow curve under an acceleration in m/s2.
     pub(crate) fn new(curve: &FlowCurve, gravity: [f64; 3], scaling: &Scaling) -> Self {
         let gravity = gravity.map(|g| T::from_f64(scaling.acceleration(g)));
+        let viscosity = scaling.viscosity(curve.plastic_viscosity());
+        let least_odd = T::from_f64(least_odd(viscosity));
         match curve {
             FlowCurve::Newtonian { .. } | FlowCurve::Bingham { .. } => {
                 let yield_stress = scaling.stress(curve.yield_stress());
-                let law = Bingham::new(yield_stress, scaling.viscosity(curve.plastic_viscosity()));
-                Self::Bingham(Physics { gravity, law })
+                let law = Bingham::new(yield_stress, viscosity);
+                Self::Bingham(Physics { gravity, law, least_odd })
             }
-            _ => Self::Tabulated(Physics { gravity, law: Tabulated::new(curve, scaling) }),
+            _ => Self::Tabulated(Physics { gravity, law: Tabulated::new(curve, scaling), least_odd }),
         }
     }
 

@@ -50,6 +50,9 @@ const THIN: f64 = 0.9;
 /// Rows whose populations are fetched before the first of them is worked on.
 const BATCH: usize = 8;
 
+/// Speed in cells a step up to which it stands still: above rounding, below any creep that matters.
+const STILL: f64 = 1e-7;
+
 /// Densities between which a cell counts as sound.
 const SOUND: [f64; 2] = [0.5, 2.0];
 
@@ -60,6 +63,8 @@ pub(crate) struct Physics<T, R> {
     pub(crate) gravity: [T; 3],
     /// Flow curve.
     pub(crate) law: R,
+    /// Least relaxation rate of the odd moments.
+    pub(crate) least_odd: T,
 }
 
 /// What a step found in a block.
@@ -288,7 +293,7 @@ fn collide_row<T: Real, R: Relaxation<Lanes<T>>>(
     let first = first_of(row);
     let gravity = by_axis(|a| Lanes::splat(physics.gravity[a]));
     let (post, density) = match change {
-        None => collide(f, held, gravity, &physics.law),
+        None => collide(f, held, gravity, &physics.law, Lanes::splat(physics.least_odd)),
         Some(factor) => rescale_row(f, held, gravity, &physics.law, Lanes::splat(factor)),
     };
     for (to, post) in back.row_mut(usize::from(row)).iter_mut().zip(&post) {
@@ -356,7 +361,7 @@ fn reach<T: Real>(around: &SurfaceRow, fill: Lanes<T>, shape: &Shape<T>, finding
             let share = shape[(SHARE + opposite(i) - 1, first + k)].to_f64();
             let speed = shape[(VELOCITY + (i - 1) / 2, first + k)].to_f64();
             let onward = if i % 2 == 1 { -speed } else { speed };
-            if share > REACHES && onward > 0.0 {
+            if share > REACHES && onward > STILL {
                 findings.reached.push((first + k, i));
                 findings.any = true;
             }
