@@ -16,6 +16,34 @@ pub(crate) const LANES: usize = EDGE;
 #[repr(C, align(32))]
 pub(crate) struct Lanes<T>(pub(crate) [T; LANES]);
 
+/// For each byte what is not 0 in the lanes whose bits are set: quicker read than worked out.
+static SET: [[u32; LANES]; 256] = {
+    let mut table = [[0; LANES]; 256];
+    let mut bits = 0;
+    while bits < 256 {
+        let mut k = 0;
+        while k < LANES {
+            table[bits][k] = (bits >> k & 1) as u32;
+            k += 1;
+        }
+        bits += 1;
+    }
+    table
+};
+
+/// A bit for each lane in which something holds. All lanes are asked in the same way and the answers gathered as
+/// bytes, so that the compiler treats them alike; with a shift for each it would cut the row in unequal pieces, and all that
+/// went before.
+#[inline(always)]
+pub(crate) fn bits(holds: impl Fn(usize) -> bool) -> u8 {
+    let mut bytes = [0u8; LANES];
+    for k in 0..LANES {
+        bytes[k] = u8::from(holds(k));
+    }
+    // Moves the lowest bit of byte k to bit 56 + k.
+    (u64::from_le_bytes(bytes).wrapping_mul(0x0102_0408_1020_4080) >> 56) as u8
+}
+
 impl<T: Real> Lanes<T> {
     #[inline(always)]
     fn with(self, other: Self, f: impl Fn(T, T) -> T) -> Self {
@@ -29,9 +57,10 @@ impl<T: Real> Lanes<T> {
     /// The numbers in lanes whose bit is set, those of `other` in the rest.
     #[inline(always)]
     pub(crate) fn choose(bits: u8, set: Self, other: Self) -> Self {
+        let set_in = &SET[usize::from(bits)];
         let mut new = other;
         for k in 0..LANES {
-            new.0[k] = if bits & (1 << k) != 0 { set.0[k] } else { other.0[k] };
+            new.0[k] = if set_in[k] != 0 { set.0[k] } else { other.0[k] };
         }
         new
     }

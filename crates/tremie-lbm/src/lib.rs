@@ -12,6 +12,7 @@
 //! Inside, everything is in lattice units (cell, step and density are 1); the door speaks SI ([`Scaling`]).
 
 mod adapt;
+mod ahead;
 mod collision;
 mod contact;
 mod fluid;

@@ -15,6 +15,7 @@
 //! For a Bingham fluid `s = max(0, (q - 3 tau_y)/(3 nu_p + 1/2))`; for all others the solution is tabulated (module
 //! `tabulated`).
 
+use crate::lanes::Lanes;
 use crate::real::{Number, Real, larger, smaller};
 
 /// A flow curve in lattice units, as the collision asks for it.
@@ -36,6 +37,11 @@ pub trait Relaxation<N>: Send + Sync {
     /// the wall moves with v; `growth` is that of a rigid cell.
     fn wall_velocity(&self, traction: N, growth: N, cell: impl Fn(N) -> [N; 2]) -> N;
 }
+
+/// A flow curve for one cell and for the cells of a row at once.
+pub(crate) trait Law<T>: Relaxation<T> + Relaxation<Lanes<T>> {}
+
+impl<T, R: Relaxation<T> + Relaxation<Lanes<T>>> Law<T> for R {}
 
 /// Newtonian and Bingham fluids.
 #[derive(Debug, Clone, Copy)]

@@ -6,7 +6,7 @@ use crate::lattice::{C, MIRROR, Q, each_pair};
 use crate::real::{Number, Real};
 use crate::rows::{Beside, upstream};
 use crate::solids::Solids;
-use crate::topology::{Links, Topology};
+use crate::topology::{Links, Step, Topology};
 use crate::values::Values;
 
 /// The 27 blocks around and with a block; the last five are never asked for.
@@ -21,8 +21,6 @@ pub(crate) struct Source<'a, T: Real> {
     /// The block's own values.
     pub(crate) own: &'a Field<T>,
     near: Near<'a, T, { Q + 1 }>,
-    /// The block that will be worked on after the next.
-    soon: &'a Field<T>,
     /// Whether rows look into mirrors anywhere.
     mirrors: bool,
 }
@@ -40,23 +38,24 @@ fn pull<T: Real, const N: usize>(
     beside: &Beside,
     c: [i32; 3],
     seen: impl Fn(u8) -> usize,
-    to: &mut Lanes<T>,
-) {
+) -> Lanes<T> {
     let beside = beside[upstream(c)];
-    let row = |block: u8, flip: u8| &near[usize::from(block) & 31].row(usize::from(beside.row))[seen(flip)].0;
-    let here = row(beside.block, beside.flip);
+    let row = usize::from(beside.row);
+    let block = |block: u8| near[usize::from(block) & 31];
+    let (here, number) = (block(beside.block), seen(beside.flip));
+    // What comes into a row at its end is one cell of another row.
+    let entering = |block: &Values<T, N>, step: Step| {
+        Lanes::splat(block.row(row)[seen(beside.flip | step.flip)][usize::from(step.index) & (LANES - 1)])
+    };
     match c[0] {
-        0 => to.0 = *here,
+        0 => Lanes(here.row(row)[number]),
         1 => {
-            let step = links.before();
-            to.0[1..].copy_from_slice(&here[..LANES - 1]);
-            to.0[0] = row(beside.low, beside.flip | step.flip)[usize::from(step.index) & (LANES - 1)];
+            let end = entering(block(beside.low), links.before());
+            Lanes::choose(links.ends[0], end, here.moved(number, row, true))
         }
         _ => {
-            let step = links.after();
-            to.0[..LANES - 1].copy_from_slice(&here[1..]);
-            to.0[usize::from(links.last) & (LANES - 1)] =
-                row(beside.high, beside.flip | step.flip)[usize::from(step.index) & (LANES - 1)];
+            let end = entering(block(beside.high), links.after());
+            Lanes::choose(links.ends[1], end, here.moved(number, row, false))
         }
     }
 }
@@ -70,49 +69,39 @@ impl<'a, T: Real> Source<'a, T> {
         slot: usize,
     ) -> Self {
         let mirrors = links.steps.iter().flatten().any(|step| step.flip != 0);
-        let soon = front.get(slot + 2).unwrap_or(&front[slot]);
-        Self { topology, solids, links, own: &front[slot], near: near(links, front), soon, mirrors }
+        Self { topology, solids, links, own: &front[slot], near: near(links, front), mirrors }
     }
 
     /// The fill of the cells of a row, each taken from the cell at -c.
     #[inline(always)]
     pub(crate) fn fill(&self, beside: &Beside, c: [i32; 3]) -> Lanes<T> {
-        let mut to = Lanes::ZERO;
-        pull(&self.near, self.links, beside, c, |_| FILL, &mut to);
-        to
+        pull(&self.near, self.links, beside, c, |_| FILL)
     }
 
     /// Populations arriving in a row from the cells around it, whatever these are, seen in mirrors where there are some.
     #[inline(always)]
-    fn pull_all(&self, beside: &Beside, seen: impl Fn(usize, u8) -> usize, to: &mut [Lanes<T>; Q]) {
-        pull(&self.near, self.links, beside, C[0], |flip| seen(0, flip), &mut to[0]);
+    fn pull_all(&self, beside: &Beside, seen: impl Fn(usize, u8) -> usize) -> [Lanes<T>; Q] {
+        let mut f = [Lanes::ZERO; Q];
+        f[0] = pull(&self.near, self.links, beside, C[0], |flip| seen(0, flip));
         each_pair!(P, {
             let (a, b) = (2 * P + 1, 2 * P + 2);
             let (c, d) = const { (C[2 * P + 1], C[2 * P + 2]) };
-            pull(&self.near, self.links, beside, c, |flip| seen(a, flip), &mut to[a]);
-            pull(&self.near, self.links, beside, d, |flip| seen(b, flip), &mut to[b]);
+            f[a] = pull(&self.near, self.links, beside, c, |flip| seen(a, flip));
+            f[b] = pull(&self.near, self.links, beside, d, |flip| seen(b, flip));
         });
+        f
     }
 
     /// Populations arriving in a row from the cells around it, whatever these are.
-    ///
-    /// Half of them are written in pieces, which a processor cannot read as a whole at once. The work on a row should begin
-    /// when those of some more rows have been fetched.
     #[inline(always)]
-    pub(crate) fn arriving(&self, beside: &Beside, to: &mut [Lanes<T>; Q]) {
-        if self.mirrors { self.arriving_mirrored(beside, to) } else { self.pull_all(beside, |i, _| i, to) }
+    pub(crate) fn arriving(&self, beside: &Beside) -> [Lanes<T>; Q] {
+        if self.mirrors { self.arriving_mirrored(beside) } else { self.pull_all(beside, |i, _| i) }
     }
 
     /// [`Source::arriving`] where rows look into mirrors: few blocks, and not worth a copy in every kernel.
     #[inline(never)]
-    fn arriving_mirrored(&self, beside: &Beside, to: &mut [Lanes<T>; Q]) {
-        self.pull_all(beside, |i, flip| usize::from(MIRROR[usize::from(flip & 7)][i]), to);
-    }
-
-    /// Asks for a row of the block that will be worked on after the next, which the work on the next one looks into.
-    #[inline(always)]
-    pub(crate) fn expect(&self, row: u8) {
-        self.soon.expect(usize::from(row));
+    fn arriving_mirrored(&self, beside: &Beside) -> [Lanes<T>; Q] {
+        self.pull_all(beside, |i, flip| usize::from(MIRROR[usize::from(flip & 7)][i]))
     }
 
     /// The block's own values of a row in the array `i`.
@@ -139,8 +128,6 @@ impl<'a, T: Real> Surroundings<'a, T> {
     /// The eight values of array `array` for a row, each taken from the cell at -c. Mirrors do not change them.
     #[inline(always)]
     pub(crate) fn pull(&self, beside: &Beside, c: [i32; 3], array: usize) -> Lanes<T> {
-        let mut to = Lanes::ZERO;
-        pull(&self.near, self.links, beside, c, |_| array, &mut to);
-        to
+        pull(&self.near, self.links, beside, c, |_| array)
     }
 }

@@ -17,14 +17,15 @@
 use rayon::prelude::*;
 use tremie_numerics::DVec3;
 
+use crate::ahead::Ahead;
 use crate::collision::{COMPONENT, Held, LEAST_RESISTANCE, Moments, collide, moments, rescale};
 use crate::contact::Exchange;
 use crate::grid::{FILL, Field, Grid, Kinds, SHARE, Shape, VELOCITY};
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::{LANES, Lanes, bits};
 use crate::lattice::{C, Q, W, each_pair, opposite};
 use crate::plane::reconstruct;
 use crate::real::{Number, Real, by_axis, larger};
-use crate::relaxation::Relaxation;
+use crate::relaxation::{Law, Relaxation};
 use crate::rows::{Rows, SurfaceRow};
 use crate::source::{Source, Surroundings};
 use crate::topology::{CELLS, ROWS};
@@ -46,12 +47,6 @@ const EMPTY_OUTSIDE: f64 = 0.1;
 const REACHES: f64 = 0.1;
 /// Fill up to which it does so. (A cell nearly full fills up.)
 const THIN: f64 = 0.9;
-
-/// Rows whose populations are fetched before the first of them is worked on.
-const BATCH: usize = 8;
-
-/// Speed in cells a step up to which it stands still: above rounding, below any creep that matters.
-const STILL: f64 = 1e-7;
 
 /// Densities between which a cell counts as sound.
 const SOUND: [f64; 2] = [0.5, 2.0];
@@ -163,7 +158,7 @@ impl<'a, T: Real> Source<'a, T> {
 
     /// Lets the half-cells at flat walls yield by their own stress (module `wall`).
     #[inline(always)]
-    fn yield_at_walls<R: Relaxation<Lanes<T>>>(
+    fn yield_at_walls<R: Law<T>>(
         &self,
         row: &SurfaceRow,
         physics: &Physics<T, R>,
@@ -210,7 +205,7 @@ impl<'a, T: Real> Source<'a, T> {
     /// Makes the populations that arrived in a surface row ready to collide; `mass` is that of the block's cells, `exchange` what the row
     /// has to do with solids. How much the cells hold, and what mass they gain in this step.
     #[inline(always)]
-    fn surface<R: Relaxation<Lanes<T>>>(
+    fn surface<R: Law<T>>(
         &self,
         surface: &Surroundings<'_, T>,
         row: &SurfaceRow,
@@ -221,8 +216,7 @@ impl<'a, T: Real> Source<'a, T> {
     ) -> (Held<Lanes<T>>, [f64; LANES]) {
         let first = first_of(row.row);
         let contacts = if row.any_immersed == 0 { [None; LANES] } else { self.contacts(row, first) };
-        let slides =
-            (0..LANES).fold(0, |bits, k| bits | u8::from(contacts[k].is_some_and(|c| c.slides)) << k);
+        let slides = bits(|k| contacts[k].is_some_and(|c| c.slides));
         let mut gain = [0.0; LANES];
         let (mut held, mut least) = (Lanes::INFINITY, Lanes::from_f64(LEAST_RESISTANCE));
         if row.kinds.interface != 0 {
@@ -257,7 +251,7 @@ impl<'a, T: Real> Source<'a, T> {
                 *f = f.only(wet);
             }
         }
-        if !physics.law.is_newtonian() {
+        if !Relaxation::<T>::is_newtonian(&physics.law) {
             self.yield_at_walls(row, physics, held, slides, f);
         }
         if row.any_immersed != 0 && !exchange.loads.is_empty() {
@@ -269,7 +263,7 @@ impl<'a, T: Real> Source<'a, T> {
 
 /// [`rescale`] for a row: few steps do it, and it is not worth a copy in every kernel.
 #[inline(never)]
-fn rescale_row<T: Real, R: Relaxation<Lanes<T>>>(
+fn rescale_row<T: Real, R: Law<T>>(
     f: &Populations<T>,
     held: Held<Lanes<T>>,
     gravity: [Lanes<T>; 3],
@@ -279,9 +273,53 @@ fn rescale_row<T: Real, R: Relaxation<Lanes<T>>>(
     rescale(f, held, gravity, law, factor)
 }
 
+/// Collides the cells of a row one by one, of which the compiler makes one run over all eight; the density too.
+#[inline(always)]
+fn collide_cells<T: Real, R: Law<T>>(
+    f: &Populations<T>,
+    held: impl Fn(usize) -> Held<T>,
+    physics: &Physics<T, R>,
+    to: &mut [[T; LANES]; Q + 1],
+    density: &mut Lanes<T>,
+) {
+    for k in 0..LANES {
+        let cell: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
+        let (post, own) = collide(&cell, held(k), physics.gravity, &physics.law, physics.least_odd);
+        for i in 0..Q {
+            to[i][k] = post[i];
+        }
+        density.0[k] = own;
+    }
+}
+
+/// [`collide_cells`] for whole cells. (Functions of their own, in which it is plain that nothing read is written: only
+/// then are the eight cells done in one run.)
+#[inline(always)]
+fn collide_whole<T: Real, R: Law<T>>(
+    f: &Populations<T>,
+    physics: &Physics<T, R>,
+    to: &mut [[T; LANES]; Q + 1],
+    density: &mut Lanes<T>,
+) {
+    collide_cells(f, |_| Held::Whole, physics, to, density);
+}
+
+/// [`collide_cells`] for cells of which some are held in part.
+#[inline(always)]
+fn collide_partly<T: Real, R: Law<T>>(
+    f: &Populations<T>,
+    held: &[Lanes<T>; 2],
+    physics: &Physics<T, R>,
+    to: &mut [[T; LANES]; Q + 1],
+    density: &mut Lanes<T>,
+) {
+    let [mass, least] = held;
+    collide_cells(f, |k| Held::Partly { mass: mass.0[k], least: least.0[k] }, physics, to, density);
+}
+
 /// Collides a row, writes it back, and notes a cell that is no longer sound. Returns the density.
 #[inline(always)]
-fn collide_row<T: Real, R: Relaxation<Lanes<T>>>(
+fn collide_row<T: Real, R: Law<T>>(
     f: &Populations<T>,
     held: Held<Lanes<T>>,
     row: u8,
@@ -291,21 +329,28 @@ fn collide_row<T: Real, R: Relaxation<Lanes<T>>>(
     findings: &mut Findings,
 ) -> Lanes<T> {
     let first = first_of(row);
-    let gravity = by_axis(|a| Lanes::splat(physics.gravity[a]));
-    let (post, density) = match change {
-        None => collide(f, held, gravity, &physics.law, Lanes::splat(physics.least_odd)),
-        Some(factor) => rescale_row(f, held, gravity, &physics.law, Lanes::splat(factor)),
-    };
-    for (to, post) in back.row_mut(usize::from(row)).iter_mut().zip(&post) {
-        *to = *post;
+    let to = back.row_mut(usize::from(row));
+    let mut density = Lanes::ONE;
+    match change {
+        None => match held {
+            Held::Whole => collide_whole_here(f, physics, to, &mut density),
+            Held::Partly { mass, least } => {
+                collide_partly_here(f, &[mass, least], physics, to, &mut density);
+            }
+        },
+        Some(factor) => {
+            let gravity = by_axis(|a| Lanes::splat(physics.gravity[a]));
+            let (post, own) = rescale_row(f, held, gravity, &physics.law, Lanes::splat(factor));
+            for i in 0..Q {
+                to[i] = post[i].0;
+            }
+            density = own;
+        }
     }
     let (low, high) = (T::from_f64(SOUND[0]), T::from_f64(SOUND[1]));
-    let mut unsound = 0u8;
-    for k in 0..LANES {
-        unsound |= u8::from(!(density.0[k] > low && density.0[k] < high)) << k;
-    }
-    if unsound != 0 {
-        findings.broken.get_or_insert(first + unsound.trailing_zeros() as usize);
+    if bits(|k| density.0[k] > low) & bits(|k| density.0[k] < high) != 0xff {
+        let sound = |k: &usize| density.0[*k] > low && density.0[*k] < high;
+        findings.broken = findings.broken.or((0..LANES).find(|k| !sound(k)).map(|k| first + k));
     }
     density
 }
@@ -323,21 +368,21 @@ fn judge<T: Real>(
     let row = usize::from(around.row) & (ROWS - 1);
     let first = row * LANES;
     let interface = around.kinds.interface;
-    let (mut fill, mut stored, mut rising, mut falling) = ([0.0; LANES], Lanes::ZERO, 0u8, 0u8);
+    let (mut fill, mut stored) = ([0.0; LANES], Lanes::ZERO);
     for k in 0..LANES {
         fill[k] = mass[first + k] / density.0[k].to_f64();
         stored.0[k] = T::from_f64(fill[k]);
-        rising |= u8::from(fill[k] > 1.0 - NEAR && gain[k] > NEAR / SOON) << k;
-        falling |= u8::from(fill[k] < NEAR && gain[k] < -NEAR / SOON) << k;
     }
+    let rising = bits(|k| fill[k] > 1.0 - NEAR) & bits(|k| gain[k] > NEAR / SOON);
+    let falling = bits(|k| fill[k] < NEAR) & bits(|k| gain[k] < -NEAR / SOON);
     let other = Lanes::ONE.only(around.kinds.liquid);
     back.put(FILL, first, Lanes::choose(interface, stored, other));
-    let below = |limit: f64| (0..LANES).fold(0, |bits, k| bits | u8::from(fill[k] < limit) << k);
-    let above = |limit: f64| (0..LANES).fold(0, |bits, k| bits | u8::from(fill[k] > limit) << k);
+    let below = |limit: f64| bits(|k| fill[k] < limit);
+    let above = |limit: f64| bits(|k| fill[k] > limit);
     let closed = !(around.any_air | around.any_interface);
     let full = (above(FULL) | rising | above(FULL_INSIDE) & !around.any_air | closed) & interface;
     // On a wall a film goes on by cells that hold little at first.
-    let gaining = (0..LANES).fold(0, |bits, k| bits | u8::from(gain[k] > 0.0) << k);
+    let gaining = bits(|k| gain[k] > 0.0);
     let astray = !around.any_liquid & !(around.any_solid & gaining);
     let empty = (below(EMPTY) | falling | below(EMPTY_OUTSIDE) & astray) & interface & !full;
     findings.full[row] = full;
@@ -352,7 +397,7 @@ fn judge<T: Real>(
 fn reach<T: Real>(around: &SurfaceRow, fill: Lanes<T>, shape: &Shape<T>, findings: &mut Findings) {
     let first = first_of(around.row);
     let row = usize::from(around.row) & (ROWS - 1);
-    let thin = (0..LANES).fold(0, |bits, k| bits | u8::from(fill.0[k].to_f64() < THIN) << k);
+    let thin = bits(|k| fill.0[k].to_f64() < THIN);
     let lasting = around.any_air & thin & !(findings.full[row] | findings.empty[row]);
     for i in 1..=6 {
         let beside = (1..=6).filter(|j| (j - 1) / 2 != (i - 1) / 2);
@@ -361,7 +406,7 @@ fn reach<T: Real>(around: &SurfaceRow, fill: Lanes<T>, shape: &Shape<T>, finding
             let share = shape[(SHARE + opposite(i) - 1, first + k)].to_f64();
             let speed = shape[(VELOCITY + (i - 1) / 2, first + k)].to_f64();
             let onward = if i % 2 == 1 { -speed } else { speed };
-            if share > REACHES && onward > STILL {
+            if share > REACHES && onward > 0.0 {
                 findings.reached.push((first + k, i));
                 findings.any = true;
             }
@@ -371,42 +416,36 @@ fn reach<T: Real>(around: &SurfaceRow, fill: Lanes<T>, shape: &Shape<T>, finding
 
 /// One step of one block.
 #[inline(always)]
-fn step_block<T: Real, R: Relaxation<Lanes<T>>>(
+fn step_block<T: Real, R: Law<T>>(
     source: &Source<'_, T>,
     surface: &Surroundings<'_, T>,
     rows: &Rows,
+    ahead: &Ahead<'_, T>,
     physics: &Physics<T, R>,
     change: Option<T>,
     back: &mut Field<T>,
     mass: &mut [f64; CELLS],
     findings: &mut Findings,
 ) {
-    let mut batch = [[Lanes::ZERO; Q]; BATCH];
-    for rows in rows.bulk.chunks(BATCH) {
-        for (f, row) in batch.iter_mut().zip(rows) {
-            source.expect(row.row);
-            source.arriving(&row.beside, f);
+    for (n, row) in rows.bulk.iter().enumerate() {
+        ahead.ask(n);
+        let f = source.arriving(&row.beside);
+        collide_row(&f, Held::Whole, row.row, physics, change, back, findings);
+    }
+    for (n, row) in rows.surface.iter().enumerate() {
+        ahead.ask(rows.bulk.len() + n);
+        let mut f = source.arriving(&row.beside);
+        let (held, gain) = source.surface(surface, row, physics, &mut f, mass, &mut findings.exchange);
+        let density = collide_row(&f, held, row.row, physics, change, back, findings);
+        if row.kinds.interface == 0 {
+            continue;
         }
-        for (f, row) in batch.iter().zip(rows) {
-            collide_row(f, Held::Whole, row.row, physics, change, back, findings);
+        judge(row, &gain, density, mass, back, findings);
+        if row.any_solid & row.any_air != 0 {
+            reach(row, back.lanes(FILL, first_of(row.row)), surface.own, findings);
         }
     }
-    for rows in rows.surface.chunks(BATCH) {
-        for (f, row) in batch.iter_mut().zip(rows) {
-            source.arriving(&row.beside, f);
-        }
-        for (f, row) in batch.iter_mut().zip(rows) {
-            let (held, gain) = source.surface(surface, row, physics, f, mass, &mut findings.exchange);
-            let density = collide_row(f, held, row.row, physics, change, back, findings);
-            if row.kinds.interface == 0 {
-                continue;
-            }
-            judge(row, &gain, density, mass, back, findings);
-            if row.any_solid & row.any_air != 0 {
-                reach(row, back.lanes(FILL, first_of(row.row)), surface.own, findings);
-            }
-        }
-    }
+    ahead.ask_rest(rows.bulk.len() + rows.surface.len());
 }
 
 /// Finds the surface in all interface cells of a block.
@@ -427,6 +466,7 @@ macro_rules! for_this_processor {
             #[cfg(target_arch = "x86_64")]
             {
                 #[target_feature(enable = "avx2")]
+                #[inline(never)]
                 fn avx2<$($g: $bound),*>($($arg: $type),*) {
                     $plain($($arg),*);
                 }
@@ -441,11 +481,33 @@ macro_rules! for_this_processor {
 }
 
 for_this_processor! {
+    /// [`collide_whole`] for the processor at hand.
+    collide_whole_here = collide_whole<T: Real, R: Law<T>>(
+        f: &Populations<T>,
+        physics: &Physics<T, R>,
+        to: &mut [[T; LANES]; Q + 1],
+        density: &mut Lanes<T>
+    )
+}
+
+for_this_processor! {
+    /// [`collide_partly`] for the processor at hand.
+    collide_partly_here = collide_partly<T: Real, R: Law<T>>(
+        f: &Populations<T>,
+        held: &[Lanes<T>; 2],
+        physics: &Physics<T, R>,
+        to: &mut [[T; LANES]; Q + 1],
+        density: &mut Lanes<T>
+    )
+}
+
+for_this_processor! {
     /// [`step_block`] for the processor at hand.
-    step_block_here = step_block<T: Real, R: Relaxation<Lanes<T>>>(
+    step_block_here = step_block<T: Real, R: Law<T>>(
         source: &Source<'_, T>,
         surface: &Surroundings<'_, T>,
         rows: &Rows,
+        ahead: &Ahead<'_, T>,
         physics: &Physics<T, R>,
         change: Option<T>,
         back: &mut Field<T>,
@@ -466,7 +528,7 @@ for_this_processor! {
 
 impl<T: Real> Grid<T> {
     /// Streams and collides all blocks once; time steps are `change` times as long from then on, if they change. The new populations are in `front` afterwards.
-    pub(crate) fn step<R: Relaxation<Lanes<T>>>(
+    pub(crate) fn step<R: Law<T>>(
         &mut self,
         rows: &[Rows],
         physics: &Physics<T, R>,
@@ -475,19 +537,30 @@ impl<T: Real> Grid<T> {
     ) {
         findings.resize(self.len(), Findings::default());
         let Self { topology, solids, links, front, back, shape, mass, .. } = self;
-        (back.par_iter_mut(), mass.par_iter_mut(), findings.par_iter_mut(), rows.par_iter())
+        (back.par_iter_mut(), mass.par_iter_mut(), findings.par_iter_mut())
             .into_par_iter()
             .enumerate()
             .skip(2)
-            .for_each(|(slot, (back, mass, findings, rows))| {
+            .for_each(|(slot, (back, mass, findings))| {
                 if findings.any {
                     *findings = Findings::default();
                 }
                 findings.exchange.swept = 0.0;
-                if !rows.is_empty() {
+                if !rows[slot].is_empty() {
                     let source = Source::new(topology, solids, &links[slot], front, slot);
                     let surface = Surroundings::new(&links[slot], shape, slot);
-                    step_block_here(&source, &surface, rows, physics, change, back, mass, findings);
+                    let ahead = Ahead::of(slot, rows, links, front, shape);
+                    step_block_here(
+                        &source,
+                        &surface,
+                        &rows[slot],
+                        &ahead,
+                        physics,
+                        change,
+                        back,
+                        mass,
+                        findings,
+                    );
                 }
             });
         std::mem::swap(&mut self.front, &mut self.back);
@@ -508,7 +581,7 @@ impl<T: Real> Grid<T> {
 
     /// The moments and the relaxation rate of every wet cell of a block, as the next collision will see them; gives force and moment on
     /// each solid.
-    pub(crate) fn moments<R: Relaxation<Lanes<T>> + Relaxation<T>>(
+    pub(crate) fn moments<R: Law<T>>(
         &self,
         slot: usize,
         rows: &Rows,
@@ -527,13 +600,12 @@ impl<T: Real> Grid<T> {
                 see(first_of(row) + k, &m, m.omega(&physics.law));
             }
         };
-        let mut f = [Lanes::ZERO; Q];
         for row in &rows.bulk {
-            source.arriving(&row.beside, &mut f);
+            let f = source.arriving(&row.beside);
             show(&f, Held::Whole, row.row, self.kinds[slot][usize::from(row.row)]);
         }
         for row in &rows.surface {
-            source.arriving(&row.beside, &mut f);
+            let mut f = source.arriving(&row.beside);
             let (held, _) = source.surface(&surface, row, physics, &mut f, &mut mass, &mut exchange);
             show(&f, held, row.row, row.kinds);
         }

@@ -51,6 +51,8 @@ pub(crate) struct Links {
     pub(crate) steps: [[Step; EDGE + 2]; 3],
     /// The last lane of a row that lies in the domain.
     pub(crate) last: u8,
+    /// Bits of the first lane of a row and of the last one that lies in the domain.
+    pub(crate) ends: [u8; 2],
     /// Coordinates of the block.
     pub(crate) place: [u32; 3],
 }
@@ -240,7 +242,10 @@ mod tests {
             }
         }
         let steps = [0, 1, 2].map(|a| topology.steps(place[a], a));
-        Links { slots, steps, last: topology.last(place[0], 0) as u8, place: place.map(|p| p as u32) }
+        {
+            let last = topology.last(place[0], 0) as u8;
+            Links { slots, steps, last, ends: [1, 1 << last], place: place.map(|p| p as u32) }
+        }
     }
 
     #[test]

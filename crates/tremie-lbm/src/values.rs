@@ -14,29 +14,29 @@ use crate::topology::ROWS;
 /// N numbers for each cell of a block, by `[(number, cell)]` or eight at once.
 #[derive(Debug, Clone, Copy, bytemuck::Zeroable)]
 #[repr(C, align(64))]
-pub(crate) struct Values<T, const N: usize>([[Lanes<T>; N]; ROWS]);
+pub(crate) struct Values<T, const N: usize>([[[T; LANES]; N]; ROWS]);
 
 impl<T, const N: usize> Values<T, N> {
     /// All numbers of a row.
     #[inline(always)]
-    pub(crate) fn row(&self, row: usize) -> &[Lanes<T>; N] {
+    pub(crate) fn row(&self, row: usize) -> &[[T; LANES]; N] {
         &self.0[row & (ROWS - 1)]
     }
 
     /// The same to write.
     #[inline(always)]
-    pub(crate) fn row_mut(&mut self, row: usize) -> &mut [Lanes<T>; N] {
+    pub(crate) fn row_mut(&mut self, row: usize) -> &mut [[T; LANES]; N] {
         &mut self.0[row & (ROWS - 1)]
     }
 
-    /// Tells the processor that a row will be asked for soon.
+    /// Asks the processor to fetch a row.
     #[inline(always)]
     #[allow(unsafe_code)]
-    pub(crate) fn expect(&self, row: usize) {
+    pub(crate) fn ask(&self, row: usize) {
         #[cfg(target_arch = "x86_64")]
-        for line in 0..size_of::<[Lanes<T>; N]>() / 64 {
+        for line in 0..size_of::<[[T; LANES]; N]>() / 64 {
             use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-            let row: *const [Lanes<T>; N] = self.row(row);
+            let row: *const [[T; LANES]; N] = self.row(row);
             // SAFETY: a prefetch reads nothing, whatever the address.
             unsafe { _mm_prefetch::<_MM_HINT_T0>(row.cast::<i8>().wrapping_add(64 * line)) };
         }
@@ -48,13 +48,39 @@ impl<T, const N: usize> Values<T, N> {
     where
         T: Copy,
     {
-        self.row(first / LANES)[number]
+        Lanes(self.row(first / LANES)[number])
+    }
+
+    /// One number of a row moved along by a lane, up or down. The lane that nothing moves into holds anything.
+    ///
+    /// Taken as eight numbers in a run from where the first one lies, so that it is one instruction.
+    #[inline(always)]
+    pub(crate) fn moved(&self, number: usize, row: usize, up: bool) -> Lanes<T>
+    where
+        T: Copy,
+    {
+        let all = self.row(row).as_flattened();
+        let first = LANES * number;
+        let run = if up { first.checked_sub(1) } else { Some(first + 1) };
+        match run.and_then(|start| all.get(start..start + LANES)?.try_into().ok()) {
+            Some(run) => Lanes(run),
+            // At the ends of the row there is no such run.
+            None => {
+                let mut moved = self.row(row)[number];
+                if up {
+                    moved.copy_within(..LANES - 1, 1)
+                } else {
+                    moved.copy_within(1.., 0)
+                }
+                Lanes(moved)
+            }
+        }
     }
 
     /// Writes one number of a row, given the row's first cell.
     #[inline(always)]
     pub(crate) fn put(&mut self, number: usize, first: usize, lanes: Lanes<T>) {
-        self.row_mut(first / LANES)[number] = lanes;
+        self.row_mut(first / LANES)[number] = lanes.0;
     }
 
     /// Copies one number of all cells.
@@ -73,13 +99,13 @@ impl<T, const N: usize> Index<(usize, usize)> for Values<T, N> {
 
     #[inline(always)]
     fn index(&self, (number, cell): (usize, usize)) -> &T {
-        &self.0[cell / LANES][number].0[cell % LANES]
+        &self.0[cell / LANES][number][cell % LANES]
     }
 }
 
 impl<T, const N: usize> IndexMut<(usize, usize)> for Values<T, N> {
     #[inline(always)]
     fn index_mut(&mut self, (number, cell): (usize, usize)) -> &mut T {
-        &mut self.0[cell / LANES][number].0[cell % LANES]
+        &mut self.0[cell / LANES][number][cell % LANES]
     }
 }

@@ -1,0 +1,70 @@
+//! Memory asked for in time.
+//!
+//! A step goes through more memory than a processor's caches hold, and a row looks into nine others and into the two blocks
+//! beside it, an order that no processor foresees: left alone it waits most of the time. So while the nth row of a block is
+//! worked on, what the nth row of the block after the next will read is asked for.
+
+use crate::grid::{Field, Shape};
+use crate::real::Real;
+use crate::rows::{Beside, Rows};
+use crate::topology::Links;
+
+/// Blocks from the one that is worked on to the one that is asked for.
+const BLOCKS: usize = 2;
+
+/// The block itself among those around it.
+const OWN: usize = 13;
+
+/// A block that will be worked on soon.
+#[derive(Clone, Copy)]
+pub(crate) struct Ahead<'a, T> {
+    rows: &'a Rows,
+    links: &'a Links,
+    front: &'a [Box<Field<T>>],
+    shape: &'a Shape<T>,
+}
+
+impl<'a, T: Real> Ahead<'a, T> {
+    /// What comes after the block in a slot.
+    pub(crate) fn of(
+        slot: usize,
+        rows: &'a [Rows],
+        links: &'a [Links],
+        front: &'a [Box<Field<T>>],
+        shape: &'a [Box<Shape<T>>],
+    ) -> Self {
+        let slot = (slot + BLOCKS).min(rows.len() - 1);
+        Self { rows: &rows[slot], links: &links[slot], front, shape: &shape[slot] }
+    }
+
+    /// Asks for what its nth row will read, if it has so many.
+    #[inline(always)]
+    pub(crate) fn ask(&self, n: usize) {
+        let bulk = self.rows.bulk.len();
+        if let Some(row) = self.rows.bulk.get(n) {
+            self.ask_around(&row.beside);
+        } else if let Some(row) = self.rows.surface.get(n - bulk) {
+            self.ask_around(&row.beside);
+            self.shape.ask(usize::from(row.row));
+        }
+    }
+
+    /// Asks for the rest of the rows, from the nth on.
+    #[inline(always)]
+    pub(crate) fn ask_rest(&self, n: usize) {
+        for n in n..self.rows.bulk.len() + self.rows.surface.len() {
+            self.ask(n);
+        }
+    }
+
+    /// Asks for a row, and for those beside it in other blocks.
+    #[inline(always)]
+    fn ask_around(&self, beside: &Beside) {
+        for (n, row) in beside.iter().enumerate() {
+            let block = usize::from(row.block);
+            if n == 4 || block != OWN {
+                self.front[self.links.slots[block] as usize].ask(usize::from(row.row));
+            }
+        }
+    }
+}
