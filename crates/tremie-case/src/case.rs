@@ -153,6 +153,69 @@ pub struct Lbm {
     pub lattice_speed: f64,
     /// Kinematic viscosity in cells squared per time step that a chosen time step aims at.
     pub lattice_viscosity: f64,
+    /// Velocities of the populations.
+    pub lattice: Lattice,
+    /// How populations collide.
+    pub collision: Collision,
+    /// Choices of a published work, in place of lattice and collision.
+    pub preset: Option<Preset>,
+}
+
+impl Lbm {
+    /// The scheme of the textbooks that is asked for; none for the program's own.
+    pub fn textbook(&self) -> Option<Textbook> {
+        match (self.preset, self.collision) {
+            (Some(Preset::Svec2013), _) => Some(Textbook {
+                lattice: Lattice::D3q15,
+                collision: Collision::Bgk,
+                relaxation_times: Some([0.501, 8.0]),
+            }),
+            (None, Collision::Mtrt) => None,
+            (None, collision) => Some(Textbook { lattice: self.lattice, collision, relaxation_times: None }),
+        }
+    }
+}
+
+/// A scheme of the textbooks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Textbook {
+    /// Velocities.
+    pub lattice: Lattice,
+    /// Collision; not the program's own.
+    pub collision: Collision,
+    /// Relaxation times between which those of the flow curve are held.
+    pub relaxation_times: Option<[f64; 2]>,
+}
+
+/// Velocities of the populations: 15, 19 or 27 in three dimensions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Lattice {
+    /// 15 velocities.
+    D3q15,
+    /// 19 velocities.
+    D3q19,
+    /// 27 velocities.
+    D3q27,
+}
+
+/// How populations collide.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Collision {
+    /// The program's own: stress, odd moments and all others each with their rate.
+    Mtrt,
+    /// One relaxation time (Bhatnagar, Gross and Krook 1954; Qian et al. 1992).
+    Bgk,
+    /// Two relaxation times (Ginzburg, Verhaeghe and d'Humieres 2008).
+    Trt,
+    /// All but the stress forgotten (Latt and Chopard 2006).
+    Regularised,
+}
+
+/// Choices of a published work.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Preset {
+    /// O. Svec, thesis, Technical University of Denmark, 2013: D3Q15, one relaxation time from 0.501 to 8.
+    Svec2013,
 }
 
 /// How long time steps are.

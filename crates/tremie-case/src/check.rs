@@ -4,7 +4,7 @@ use tremie_geometry::{Body, Motion, Shape};
 use tremie_numerics::DVec3;
 use tremie_rheology::{FlowCurve, Regularisation};
 
-use crate::case::{Case, Domain, FluidRegion, Lbm, Method, Side, Solid};
+use crate::case::{Case, Collision, Domain, FluidRegion, Lattice, Lbm, Method, Side, Solid, Stepping};
 use crate::document::Document;
 use crate::fault::Fault;
 use crate::schema::SIDE_KEYS;
@@ -32,7 +32,10 @@ pub(crate) fn check(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
     corners(case.domain.min, case.domain.max, "domain", document)?;
     sides(&case.domain, document)?;
     match &case.method {
-        Method::Lbm(lbm) => cells(&case.domain, lbm, document)?,
+        Method::Lbm(lbm) => {
+            cells(&case.domain, lbm, document)?;
+            scheme(lbm, case, document)?;
+        }
     }
     for (index, region) in case.fluid.iter().enumerate() {
         let path = format!("fluid.{index}");
@@ -119,6 +122,40 @@ fn sides(domain: &Domain, document: &Document<'_>) -> Result<(), Fault> {
             }
             _ => {}
         }
+    }
+    Ok(())
+}
+
+/// Lattice and collision go together, and with the rest of the case.
+fn scheme(lbm: &Lbm, case: &Case, document: &Document<'_>) -> Result<(), Fault> {
+    let find = |key: &str| document.find(&format!("lbm.{key}"));
+    let clash = |key: &str, problem: &str, advice: &str| {
+        Err(Fault::new(document.locate(&format!("lbm.{key}")), problem, advice))
+    };
+    if lbm.preset.is_some() {
+        for key in ["lattice", "collision"] {
+            if find(key).is_some() {
+                return clash(key, "the preset says this already", "leave out this line, or the preset");
+            }
+        }
+    } else if lbm.lattice != Lattice::D3q19 && lbm.collision == Collision::Mtrt {
+        let advice = "add collision = \"trt\", \"bgk\" or \"regularised\", or write \"d3q19\"";
+        return clash("lattice", "the program's own collision is for d3q19 only", advice);
+    }
+    let Some(asked) = (lbm.textbook()).map(|_| if lbm.preset.is_some() { "preset" } else { "collision" })
+    else {
+        return Ok(());
+    };
+    if lbm.stepping == Stepping::Adaptive {
+        let advice = "write \"fixed\", or leave out the preset or collision";
+        return clash("stepping", "only the program's own scheme can change its steps", advice);
+    }
+    if !case.solids.is_empty() {
+        return clash(
+            asked,
+            "only the program's own scheme knows solids",
+            "leave out this line, or the solids",
+        );
     }
     Ok(())
 }

@@ -19,8 +19,8 @@ mod suggestion;
 pub mod units;
 
 pub use case::{
-    Case, Domain, FluidRegion, Gauges, Lbm, Material, Method, Output, Precision, Rest, Side, Solid,
-    SolidSurface, SpreadGauge, Stepping, Stop,
+    Case, Collision, Domain, FluidRegion, Gauges, Lattice, Lbm, Material, Method, Output, Precision, Preset,
+    Rest, Side, Solid, SolidSurface, SpreadGauge, Stepping, Stop, Textbook,
 };
 pub use fault::{CaseError, InvalidCase};
 

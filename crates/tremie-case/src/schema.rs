@@ -11,8 +11,8 @@ use tremie_numerics::{DVec2, DVec3};
 use tremie_rheology::{FlowCurve, Regularisation};
 
 use crate::case::{
-    Case, Domain, FluidRegion, Gauges, Lbm, Material, Method, Output, Precision, Rest, Side, Solid,
-    SolidSurface, SpreadGauge, Stepping, Stop,
+    Case, Collision, Domain, FluidRegion, Gauges, Lattice, Lbm, Material, Method, Output, Precision, Preset,
+    Rest, Side, Solid, SolidSurface, SpreadGauge, Stepping, Stop,
 };
 use crate::describe::object;
 use crate::document::{
@@ -764,6 +764,36 @@ const LBM: Section<Method> = {
         "limit of the time step: kinematic viscosity in cells squared a step that it aims at",
         quantity(Dimension::NUMBER, Bound::Positive, "0.167"),
     );
+    const LATTICE: Or<Choice<Lattice>> = or(
+        "lattice",
+        "\"d3q19\"",
+        "velocities of the populations",
+        Choice(&[
+            ("d3q15", "15; with a collision of the textbooks", Lattice::D3q15),
+            ("d3q19", "19", Lattice::D3q19),
+            ("d3q27", "27; with a collision of the textbooks", Lattice::D3q27),
+        ]),
+    );
+    const COLLISION: Or<Choice<Collision>> = or(
+        "collision",
+        "\"mtrt\"",
+        "how they collide; all but the first are for comparison: slow, in 64 bits, with the free surface of Svec (2013)",
+        Choice(&[
+            ("mtrt", "the program's own", Collision::Mtrt),
+            ("bgk", "one relaxation time", Collision::Bgk),
+            ("trt", "two relaxation times", Collision::Trt),
+            ("regularised", "all but the stress forgotten", Collision::Regularised),
+        ]),
+    );
+    const PRESET: Maybe<Choice<Preset>> = maybe(
+        "preset",
+        "lattice and collision as in a published work, to reproduce it",
+        Choice(&[(
+            "svec-2013",
+            "Svec's thesis: D3Q15, one relaxation time between 0.501 and 8",
+            Preset::Svec2013,
+        )]),
+    );
     Section {
         keys: &[
             &CELL_SIZE,
@@ -773,11 +803,16 @@ const LBM: Section<Method> = {
             &HYDROSTATIC_ERROR,
             &LATTICE_SPEED,
             &LATTICE_VISCOSITY,
+            &LATTICE,
+            &COLLISION,
+            &PRESET,
         ],
         example: &["cell_size = \"5 mm\""],
         read: |t| {
             let (.., precision) = t.or(&PRECISION)?;
             let (.., stepping) = t.or(&STEPPING)?;
+            let (.., lattice) = t.or(&LATTICE)?;
+            let (.., collision) = t.or(&COLLISION)?;
             Ok(Method::Lbm(Lbm {
                 cell_size: t.need(&CELL_SIZE)?,
                 precision: *precision,
@@ -786,6 +821,9 @@ const LBM: Section<Method> = {
                 hydrostatic_error: t.or(&HYDROSTATIC_ERROR)?,
                 lattice_speed: t.or(&LATTICE_SPEED)?,
                 lattice_viscosity: t.or(&LATTICE_VISCOSITY)?,
+                lattice: *lattice,
+                collision: *collision,
+                preset: t.maybe(&PRESET)?.map(|(.., preset)| *preset),
             }))
         },
     }

@@ -168,7 +168,7 @@ pub(crate) fn centre(case: &Case, size: f64, at: [usize; 3]) -> DVec3 {
 }
 
 /// Velocity in m/s that the case gives to the fluid at a point: that of the nearest region.
-fn velocity_at(case: &Case, p: DVec3) -> DVec3 {
+pub(crate) fn velocity_at(case: &Case, p: DVec3) -> DVec3 {
     case.fluid
         .iter()
         .min_by(|a, b| a.shape.signed_distance(p).total_cmp(&b.shape.signed_distance(p)))

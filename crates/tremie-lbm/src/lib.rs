@@ -36,6 +36,7 @@ mod surface;
 mod sweep;
 mod table;
 mod tabulated;
+mod textbook;
 mod topology;
 mod transport;
 mod values;

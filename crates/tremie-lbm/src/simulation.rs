@@ -18,6 +18,7 @@ use crate::solids::Solids;
 use crate::standing::Braking;
 use crate::stream::Findings;
 use crate::surface::Ledger;
+use crate::textbook;
 use crate::topology::{Boundary, CELLS, EDGE, Topology};
 
 /// Steps between looks for crumbs, for dry blocks, and for mass lost to rounding.
@@ -27,9 +28,13 @@ const REPAY: u64 = 1000;
 /// Share of the mass that solids hold by their motion that is given back whenever crumbs are looked for.
 const SETTLED: f64 = 0.1;
 
-/// A case made ready to run by the lattice Boltzmann method, in the precision that it asks for.
+/// A case made ready to run by the lattice Boltzmann method, by the scheme and in the precision that it asks for.
 pub fn simulation(case: &Case) -> Box<dyn Simulation> {
-    match settings(case).precision {
+    let lbm = settings(case);
+    if let Some(textbook) = lbm.textbook() {
+        return textbook::simulation(case, textbook);
+    }
+    match lbm.precision {
         Precision::F32 => Box::new(LatticeBoltzmann::<f32>::new(case)),
         Precision::F64 => Box::new(LatticeBoltzmann::<f64>::new(case)),
     }

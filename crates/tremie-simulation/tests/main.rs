@@ -10,8 +10,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use tremie_case::{
-    Case, Domain, FluidRegion, Gauges, Lbm, Material, Method, Output, Precision, Rest, Side, SpreadGauge,
-    Stepping, Stop,
+    Case, Collision, Domain, FluidRegion, Gauges, Lattice, Lbm, Material, Method, Output, Precision, Rest,
+    Side, SpreadGauge, Stepping, Stop,
 };
 use tremie_geometry::Shape;
 use tremie_numerics::{DVec2, DVec3};
@@ -181,6 +181,9 @@ fn case() -> Case {
             hydrostatic_error: 0.02,
             lattice_speed: 0.1,
             lattice_viscosity: 1.0 / 6.0,
+            lattice: Lattice::D3q19,
+            collision: Collision::Mtrt,
+            preset: None,
         }),
         stop: Stop { time: 1.1, rest: None },
         gauges: Gauges { interval: 0.05, spread: Some(SpreadGauge { centre: DVec2::ZERO }) },

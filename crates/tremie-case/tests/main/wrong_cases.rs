@@ -46,6 +46,35 @@ const MISTAKES: &[Mistake] = &[
     mistake("[material.bingham]", "[material.power_law]", 7, 1, "known keys: consistency, index"),
     mistake("x_min", "left", 15, 1, "known keys: x_min, x_max, y_min"),
     mistake("top_diameter", "diameter", 21, 66, "in `fluid.cone`"),
+    // Schemes of the textbooks.
+    mistake(
+        "cell_size =",
+        "collision = \"cumulant\"\ncell_size =",
+        28,
+        13,
+        "write \"mtrt\", \"bgk\", \"trt\" or \"regularised\"",
+    ),
+    mistake(
+        "cell_size =",
+        "lattice = \"d3q27\"\ncell_size =",
+        28,
+        11,
+        "the program's own collision is for d3q19 only",
+    ),
+    mistake(
+        "cell_size =",
+        "collision = \"trt\"\npreset = \"svec-2013\"\ncell_size =",
+        28,
+        13,
+        "the preset says this already",
+    ),
+    mistake(
+        "cell_size =",
+        "stepping = \"adaptive\"\npreset = \"svec-2013\"\ncell_size =",
+        28,
+        12,
+        "only the program's own scheme can change its steps",
+    ),
     // Missing.
     mistake("title = \"Slump flow, EN 12350-8\"", "", 1, 1, "add title = \"Slump flow\""),
     mistake("density = \"2300 kg/m3\"", "", 4, 1, "add density = \"2300 kg/m3\""),

@@ -5,6 +5,7 @@ mod conservation;
 mod invariance;
 mod rest;
 mod solids;
+mod textbook;
 
 use tremie_case::Case;
 use tremie_simulation::{Cells, Fluid, Simulation};

@@ -17,6 +17,7 @@ mod report;
 mod scales;
 mod slump;
 mod surface;
+mod thin_layer;
 
 use std::path::PathBuf;
 use std::process::ExitCode;

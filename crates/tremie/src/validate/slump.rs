@@ -4,21 +4,26 @@ use std::cell::{Cell, RefCell};
 
 use anyhow::anyhow;
 use rayon::prelude::*;
-use tremie_case::{Method, Stepping};
+use tremie_case::{Method, Rest, Stepping};
 use tremie_geometry::Motion;
 use tremie_rheology::FlowCurve;
 use tremie_simulation::Cells;
 use tremie_simulation::gauges::TargetTime;
+use tremie_simulation::rest::RestWatch;
 
 use super::benchmark::{Check, Context, Row, shown};
 use super::flow::{Flow, cell_at, centres};
 use super::report;
+use super::thin_layer::ThinLayer;
 
 /// Yield stress in Pa and plastic viscosity in Pa s of the mixes; the longest run first.
 const MIXES: [(f64, f64); 4] = [(20.0, 50.0), (50.0, 50.0), (50.0, 30.0), (100.0, 50.0)];
 
 /// Volume in m3 of the cone of EN 12350-2.
 const CONE_VOLUME: f64 = std::f64::consts::PI / 12.0 * 0.3 * (0.2 * 0.2 + 0.2 * 0.1 + 0.1 * 0.1);
+
+/// Radius in m of the cylinder that the thin layer starts as; it is soon forgotten.
+const THIN_LAYER_RADIUS: f64 = 0.15;
 
 /// Simulated time in s between two signs of life.
 const PROGRESS: f64 = 5.0;
@@ -40,8 +45,14 @@ fn spread(context: &Context, yield_stress: f64, plastic_viscosity: f64) -> anyho
         .find(|row| row["rho_kg_m3"] == density && row["tau0_Pa"] == yield_stress)
         .ok_or_else(|| anyhow!("reference.csv has no row for {density} kg/m3 and {yield_stress} Pa"))?;
     let what = |quantity: &str| format!("{quantity}, {yield_stress} Pa, {plastic_viscosity} Pa s");
-    let next = Cell::new(0.0);
+    let slow =
+        Rest { growth: 1.0, ..case.stop.rest.ok_or_else(|| anyhow!("the case has no stop rule for rest"))? };
+    let (next, watch, when_slow) = (Cell::new(0.0), RefCell::new(RestWatch::default()), Cell::new(None));
     let readings = Flow::new(case).until_rest(|now| {
+        watch.borrow_mut().update(&slow, now);
+        if when_slow.get().is_none() && watch.borrow().reached(&slow) {
+            when_slow.set(Some((now.time, now.spread)));
+        }
         if now.time >= next.get() {
             next.set(next.get() + PROGRESS);
             report::progress(&format!("{}: {:.1} s", what("slump"), now.time));
@@ -49,11 +60,28 @@ fn spread(context: &Context, yield_stress: f64, plastic_viscosity: f64) -> anyho
     })?;
     let spread = readings.spread.ok_or_else(|| anyhow!("the case has no spread gauge"))?;
     let axes = 0.5 * (spread.x + spread.y);
-    Ok(vec![
+    let mut checks = vec![
         context.relative("spread", what("spread"), "m", row["D_corr_m"], spread.mean)?,
         context.relative("height", what("height"), "m", row["h0_corr_m"], spread.height)?,
         context.relative("round", what("axes against diagonal"), "m", spread.diagonal, axes)?,
-    ])
+    ];
+    // When it is only slow, and what a thin layer of the mix still lacks then and at rest.
+    let mut layer = ThinLayer::new(yield_stress, plastic_viscosity, density, THIN_LAYER_RADIUS, CONE_VOLUME);
+    if let Some((time, Some(then))) = when_slow.get() {
+        let spread = context.relative(
+            "spread",
+            what(&format!("spread when slow, {time:.0} s")),
+            "m",
+            row["D_corr_m"],
+            then.mean,
+        )?;
+        checks.push(Check { tolerance: None, ..spread });
+        layer.until(time);
+        checks.push(shown(what("a thin layer lacks then"), layer.missing()));
+    }
+    layer.until(readings.time);
+    checks.push(shown(what(&format!("a thin layer lacks at rest, {:.0} s", readings.time)), layer.missing()));
+    Ok(checks)
 }
 
 /// Speeds in m/s at which the mould is lifted, the slowest first; none where it vanishes at once.
