@@ -4,6 +4,7 @@ use tremie_case::{Case, Lbm, Method, Precision, Side};
 use tremie_numerics::DVec3;
 
 use crate::scaling::{Flow, Limits, Scaling, time_step};
+use crate::textbook;
 
 /// Bytes for each allocated cell: two sets of populations and fill, shape of the surface, mass, kinds.
 fn bytes_per_cell(precision: Precision) -> f64 {
@@ -92,11 +93,17 @@ impl Plan {
         let chosen = lbm.time_step.unwrap_or_else(|| time_step(lbm.cell_size, &flow, &limits));
         let scaling = Scaling { cell_size: lbm.cell_size, time_step: chosen, density };
         let wet_cells = fluid_volume(case) / lbm.cell_size.powi(3);
-        // Blocks of 8 x 8 x 8 cells around a body of that volume are filled to about a third.
-        let memory = 3.0 * wet_cells * bytes_per_cell(lbm.precision);
+        let cells = case.domain.cells(lbm.cell_size);
+        let memory = match lbm.textbook() {
+            Some(textbook) => {
+                textbook::bytes_per_cell(textbook.lattice) * cells.iter().product::<usize>() as f64
+            }
+            // Blocks of 8 x 8 x 8 cells around a body of that volume are filled to about a third.
+            None => 3.0 * wet_cells * bytes_per_cell(lbm.precision),
+        };
         Self {
             scaling,
-            cells: case.domain.cells(lbm.cell_size),
+            cells,
             wet_cells,
             steps: (case.stop.time / chosen).ceil(),
             height,

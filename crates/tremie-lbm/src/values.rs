@@ -67,11 +67,7 @@ impl<T, const N: usize> Values<T, N> {
             // At the ends of the row there is no such run.
             None => {
                 let mut moved = self.row(row)[number];
-                if up {
-                    moved.copy_within(..LANES - 1, 1)
-                } else {
-                    moved.copy_within(1.., 0)
-                }
+                moved.copy_within(if up { 0..LANES - 1 } else { 1..LANES }, usize::from(up));
                 Lanes(moved)
             }
         }

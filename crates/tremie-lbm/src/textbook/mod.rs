@@ -12,6 +12,8 @@ mod collision;
 mod lattices;
 mod surface;
 
+use std::mem::{replace, take};
+
 use rayon::prelude::*;
 use tremie_case::{Case, Lattice, Side, Textbook};
 use tremie_numerics::DVec3;
@@ -63,6 +65,20 @@ pub(crate) fn simulation(case: &Case, textbook: Textbook) -> Box<dyn Simulation>
     }
 }
 
+/// Bytes for each cell of the domain.
+pub(crate) fn bytes_per_cell(lattice: Lattice) -> f64 {
+    let bytes = match lattice {
+        Lattice::D3q15 => Dense::<15>::BYTES,
+        Lattice::D3q19 => Dense::<19>::BYTES,
+        Lattice::D3q27 => Dense::<27>::BYTES,
+    };
+    bytes as f64
+}
+
+/// A velocity whose product with the gradient of the fill is less than this goes along the surface: otherwise rounding would
+/// choose a side.
+const ALONG_SURFACE: f64 = 1e-6;
+
 /// Where a population comes from.
 enum From {
     /// The cell of this number, in which it is this population.
@@ -78,21 +94,36 @@ struct Dense<const Q: usize> {
     lattice: Velocities<Q>,
     rules: Rules,
     count: [usize; 3],
+    /// From a cell to the one that each velocity leads to.
+    offset: [isize; Q],
     kinds: Vec<Kind>,
     mass: Vec<f64>,
     front: Vec<[f64; Q]>,
     back: Vec<[f64; Q]>,
+    /// What the last collision found in each cell that holds fluid.
     seen: Vec<Seen>,
+    seen_next: Vec<Seen>,
+    gains: Vec<f64>,
+    /// Interface cells, in order.
+    interface: Vec<usize>,
+    /// Cells that hold fluid.
+    wet: usize,
     steps: u64,
     updates: u64,
 }
 
 impl<const Q: usize> Dense<Q> {
+    /// Memory for each cell.
+    const BYTES: usize = 2 * size_of::<([f64; Q], Seen, f64)>() + size_of::<Kind>();
+
     fn new(case: &Case, textbook: Textbook, weights: [f64; 4]) -> Self {
         let plan = Plan::new(case);
         let scaling = plan.scaling;
         let count = plan.cells;
         let total = count.iter().product();
+        let lattice = Velocities::new(weights);
+        let stride = [1, count[0], count[0] * count[1]];
+        let offset = lattice.c.map(|c: [i32; 3]| (0..3).map(|a| c[a] as isize * stride[a] as isize).sum());
         let mut new = Self {
             case: case.clone(),
             rules: Rules {
@@ -102,18 +133,32 @@ impl<const Q: usize> Dense<Q> {
                 relaxation_times: textbook.relaxation_times,
             },
             scaling,
-            lattice: Velocities::new(weights),
+            lattice,
             count,
+            offset,
             kinds: vec![Kind::Air; total],
             mass: vec![0.0; total],
             front: vec![[0.0; Q]; total],
             back: vec![[0.0; Q]; total],
             seen: vec![Seen::default(); total],
+            seen_next: vec![Seen::default(); total],
+            gains: vec![0.0; total],
+            interface: Vec::new(),
+            wet: 0,
             steps: 0,
             updates: 0,
         };
         new.fill();
+        new.count();
         new
+    }
+
+    /// Counts the cells that hold fluid, and lists those of the interface.
+    pub(super) fn count(&mut self) {
+        let kinds = &self.kinds;
+        self.wet = kinds.iter().filter(|kind| **kind != Kind::Air).count();
+        self.interface.clear();
+        self.interface.extend((0..kinds.len()).filter(|cell| kinds[*cell] == Kind::Interface));
     }
 
     fn place(&self, cell: usize) -> [usize; 3] {
@@ -205,8 +250,12 @@ impl<const Q: usize> Dense<Q> {
     #[inline(always)]
     fn arriving(&self, cell: usize) -> [f64; Q] {
         let at = self.place(cell);
-        let (kind, own) = (self.kinds[cell], &self.front[cell]);
-        let interface = kind == Kind::Interface;
+        let own = &self.front[cell];
+        let interface = self.kinds[cell] == Kind::Interface;
+        if !interface && (0..3).all(|a| at[a] > 0 && at[a] + 1 < self.count[a]) {
+            // Only fluid around, and no side of the domain.
+            return std::array::from_fn(|i| self.front[cell.wrapping_add_signed(-self.offset[i])][i]);
+        }
         let normal = if interface { self.normal(at) } else { [0.0; 3] };
         let gas =
             if interface { equilibrium(&self.lattice, 1.0, self.seen[cell].velocity) } else { [0.0; Q] };
@@ -217,7 +266,9 @@ impl<const Q: usize> Dense<Q> {
                 From::Cell(beside, there) => {
                     let made_up = match self.kinds[beside] {
                         Kind::Air => true,
-                        Kind::Interface => interface && i != 0 && self.lattice.along(i, normal) < 0.0,
+                        Kind::Interface => {
+                            interface && i != 0 && self.lattice.along(i, normal) < -ALONG_SURFACE
+                        }
                         Kind::Liquid => false,
                     };
                     if made_up { gas[i] + gas[back] - own[back] } else { self.front[beside][there] }
@@ -283,32 +334,32 @@ impl<const Q: usize> Simulation for Dense<Q> {
     }
 
     fn advance(&mut self) -> Result<(), Breakdown> {
-        let mut back = std::mem::take(&mut self.back);
-        let mut seen = self.seen.clone();
-        let gains: Vec<f64> = {
-            let this = &*self;
-            (back.par_iter_mut(), seen.par_iter_mut())
-                .into_par_iter()
-                .enumerate()
-                .map(|(cell, (to, seen))| {
-                    if this.kinds[cell] == Kind::Air {
-                        return 0.0;
-                    }
-                    (*to, *seen) = collide(&this.lattice, &this.rules, &this.arriving(cell));
-                    if this.kinds[cell] == Kind::Interface { this.gain(cell) } else { 0.0 }
-                })
-                .collect()
-        };
-        self.back = std::mem::replace(&mut self.front, back);
-        self.seen = seen;
-        for (mass, gain) in self.mass.iter_mut().zip(&gains) {
-            *mass += gain;
+        let (mut back, mut seen, mut gains) =
+            (take(&mut self.back), take(&mut self.seen_next), take(&mut self.gains));
+        let this = &*self;
+        (back.par_iter_mut(), seen.par_iter_mut(), gains.par_iter_mut())
+            .into_par_iter()
+            .enumerate()
+            .for_each(|(cell, (to, seen, gain))| {
+                if this.kinds[cell] == Kind::Air {
+                    return;
+                }
+                (*to, *seen) = collide(&this.lattice, &this.rules, &this.arriving(cell));
+                if this.kinds[cell] == Kind::Interface {
+                    *gain = this.gain(cell);
+                }
+            });
+        self.back = replace(&mut self.front, back);
+        self.seen_next = replace(&mut self.seen, seen);
+        for cell in &self.interface {
+            self.mass[*cell] += gains[*cell];
         }
+        self.gains = gains;
         self.steps += 1;
-        let wet = |cell: &usize| self.kinds[*cell] != Kind::Air;
-        self.updates += (0..self.kinds.len()).filter(wet).count() as u64;
+        self.updates += self.wet as u64;
         let sound = |cell: usize| (0.5..2.0).contains(&self.seen[cell].density);
-        if let Some(cell) = (0..self.kinds.len()).filter(wet).find(|cell| !sound(*cell)) {
+        let broken = |cell: &usize| self.kinds[*cell] != Kind::Air && !sound(*cell);
+        if let Some(cell) = (0..self.kinds.len()).find(broken) {
             return Err(Breakdown {
                 time: self.time(),
                 position: centre(&self.case, self.scaling.cell_size, self.place(cell)),
@@ -348,9 +399,13 @@ impl<const Q: usize> Simulation for Dense<Q> {
     }
 
     fn load(&self) -> Load {
-        let wet = self.kinds.iter().filter(|kind| **kind != Kind::Air).count();
-        let bytes = 2 * size_of::<[f64; Q]>() + size_of::<Seen>() + size_of::<f64>() + size_of::<Kind>();
-        Load { wet, allocated: self.kinds.len(), bytes: bytes * self.kinds.len(), updates: self.updates }
+        let bytes = 2 * size_of::<([f64; Q], Seen, f64)>() + size_of::<Kind>();
+        Load {
+            wet: self.wet,
+            allocated: self.kinds.len(),
+            bytes: bytes * self.kinds.len(),
+            updates: self.updates,
+        }
     }
 
     fn save(&self) -> State {
@@ -384,6 +439,7 @@ impl<const Q: usize> Simulation for Dense<Q> {
         self.mass = mass.clone();
         self.seen = bytemuck::cast_slice(seen).to_vec();
         self.kinds = kinds;
+        self.count();
         Ok(())
     }
 }

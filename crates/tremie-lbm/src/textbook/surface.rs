@@ -26,12 +26,9 @@ impl Kind {
 impl<const Q: usize> Dense<Q> {
     /// Turns cells that are full or empty into what they have become.
     pub(super) fn convert(&mut self) {
-        let interface: Vec<usize> =
-            (0..self.kinds.len()).filter(|cell| self.kinds[*cell] == Kind::Interface).collect();
         let (mut full, mut empty) = (Vec::new(), Vec::new());
-        for &cell in &interface {
-            let around: Vec<Kind> = self.around(cell).map(|beside| self.kinds[beside]).collect();
-            let only = |kind: Kind| !around.is_empty() && around.iter().all(|k| *k == kind);
+        for &cell in &self.interface {
+            let only = |kind: Kind| self.around(cell).all(|beside| self.kinds[beside] == kind);
             if self.mass[cell] >= self.seen[cell].density || only(Kind::Liquid) {
                 full.push(cell);
             } else if self.mass[cell] <= 0.0 || only(Kind::Air) {
@@ -47,16 +44,21 @@ impl<const Q: usize> Dense<Q> {
             self.kinds[cell] = Kind::Liquid;
             self.mass[cell] = self.seen[cell].density;
         }
-        for &cell in &full {
-            for beside in self.around(cell).collect::<Vec<_>>() {
-                if self.kinds[beside] == Kind::Air {
-                    self.begin(beside);
-                }
-            }
+        // All begin from what was there before, whichever comes first.
+        let air = |cell: &usize| self.kinds[*cell] == Kind::Air;
+        let mut begun: Vec<usize> = full.iter().flat_map(|cell| self.around(*cell)).filter(air).collect();
+        begun.sort_unstable();
+        begun.dedup();
+        let states: Vec<Seen> = begun.iter().map(|cell| self.mean_around(*cell)).collect();
+        for (cell, seen) in begun.into_iter().zip(states) {
+            self.front[cell] = equilibrium(&self.lattice, seen.density, seen.velocity);
+            self.seen[cell] = seen;
+            self.kinds[cell] = Kind::Interface;
+            self.mass[cell] = 0.0;
         }
         for &cell in &empty {
             // The neighbour of a cell that has just filled up stays.
-            if self.around(cell).any(|beside| full.contains(&beside)) {
+            if self.around(cell).any(|beside| full.binary_search(&beside).is_ok()) {
                 continue;
             }
             left += self.mass[cell];
@@ -69,10 +71,9 @@ impl<const Q: usize> Dense<Q> {
                 }
             }
         }
-        let takers: Vec<usize> =
-            (0..self.kinds.len()).filter(|cell| self.kinds[*cell] == Kind::Interface).collect();
-        for &cell in &takers {
-            self.mass[cell] += left / takers.len() as f64;
+        self.count();
+        for cell in &self.interface {
+            self.mass[*cell] += left / self.interface.len() as f64;
         }
     }
 
@@ -85,19 +86,13 @@ impl<const Q: usize> Dense<Q> {
         })
     }
 
-    /// Air becomes interface without mass, in equilibrium with the fluid around.
-    fn begin(&mut self, cell: usize) {
-        let wet: Vec<Seen> = self
-            .around(cell)
-            .filter(|beside| self.kinds[*beside] != Kind::Air)
-            .map(|beside| self.seen[beside])
-            .collect();
-        let share = 1.0 / wet.len() as f64;
-        let density = share * wet.iter().map(|seen| seen.density).sum::<f64>();
-        let velocity = [0, 1, 2].map(|a| share * wet.iter().map(|seen| seen.velocity[a]).sum::<f64>());
-        self.front[cell] = equilibrium(&self.lattice, density, velocity);
-        self.seen[cell] = Seen { density, velocity, ..Seen::default() };
-        self.kinds[cell] = Kind::Interface;
-        self.mass[cell] = 0.0;
+    /// Mean density and velocity of the fluid around a cell.
+    fn mean_around(&self, cell: usize) -> Seen {
+        let wet = || self.around(cell).filter(|beside| self.kinds[*beside] != Kind::Air);
+        let share = 1.0 / wet().count() as f64;
+        let mean =
+            |of: &dyn Fn(&Seen) -> f64| share * wet().map(|beside| of(&self.seen[beside])).sum::<f64>();
+        let velocity = [0, 1, 2].map(|a| mean(&|seen| seen.velocity[a]));
+        Seen { density: mean(&|seen| seen.density), velocity, ..Seen::default() }
     }
 }

@@ -128,6 +128,31 @@ fn a_column_falls_over_and_keeps_its_mass() {
 }
 
 #[test]
+fn half_a_column_at_a_plane_of_symmetry_is_the_whole() {
+    let body = |from: &str, sides: &str| {
+        case(&format!(
+            "[material]\ndensity = \"1000 kg/m3\"\nnewtonian = {{ viscosity = \"5 Pa s\" }}\n\
+             [domain]\nmin = [\"{from}\", \"0 m\", \"0 m\"]\nmax = [\"60 mm\", \"10 mm\", \"60 mm\"]\n{sides}\n\
+             [[fluid]]\nbox = {{ min = [\"-23 mm\", \"0 m\", \"0 m\"], max = [\"23 mm\", \"10 mm\", \"41 mm\"] }}\n\
+             [lbm]\ncell_size = \"5 mm\"\ncollision = \"trt\"\nlattice = \"d3q27\""
+        ))
+    };
+    let periodic = "y_min = \"periodic\", y_max = \"periodic\"";
+    let whole = cells(&*advanced(&body("-60 mm", &format!("sides = {{ {periodic} }}")), 300));
+    let half =
+        cells(&*advanced(&body("0 mm", &format!("sides = {{ x_min = \"symmetry\", {periodic} }}")), 300));
+    for (i, j, k) in (0..12 * 2 * 12).map(|n| (n % 12, n / 12 % 2, n / 24)) {
+        let own = half.index(i, j, k);
+        for i in [12 + i, 11 - i] {
+            let other = whole.index(i, j, k);
+            assert!((half.fill[own] - whole.fill[other]).abs() < 1e-9);
+            assert!((half.velocity[own].z - whole.velocity[other].z).abs() < 1e-9);
+        }
+    }
+    assert!(half.fill[half.index(8, 0, 0)] > 0.0);
+}
+
+#[test]
 fn half_a_run_and_the_rest_are_the_run() {
     let case = column("40 mm", "60 mm", "preset = \"svec-2013\"");
     let whole = advanced(&case, 200);
