@@ -12,7 +12,7 @@
 //! - what the spread still has to grow by is less than [`Rest::growth`] of it (default 0.5 %): the rate times the time since the start,
 //!   which is what a rate that falls with the square of the time leaves.
 //!
-//! The last matters for thin sheets, which creep for long: that of 20 Pa, slow as 0.05 mm/s, would end 3 % short.
+//! The last matters for thin sheets, which creep for long: that of 20 Pa, slow as 0.05 mm/s, is still 2 % short of its end by the theory of thin layers.
 //!
 //! Both windows must be full, since fluid that has only just been released is slow too. The longer one is needed because a
 //! spread grows by small jumps, as one cell after the other fills at the front: between two of them the rate over one

@@ -4,12 +4,11 @@ use std::cell::{Cell, RefCell};
 
 use anyhow::anyhow;
 use rayon::prelude::*;
-use tremie_case::{Method, Rest, Stepping};
+use tremie_case::{Method, Stepping};
 use tremie_geometry::Motion;
 use tremie_rheology::FlowCurve;
 use tremie_simulation::Cells;
 use tremie_simulation::gauges::TargetTime;
-use tremie_simulation::rest::RestWatch;
 
 use super::benchmark::{Check, Context, Row, shown};
 use super::flow::{Flow, cell_at, centres};
@@ -45,14 +44,8 @@ fn spread(context: &Context, yield_stress: f64, plastic_viscosity: f64) -> anyho
         .find(|row| row["rho_kg_m3"] == density && row["tau0_Pa"] == yield_stress)
         .ok_or_else(|| anyhow!("reference.csv has no row for {density} kg/m3 and {yield_stress} Pa"))?;
     let what = |quantity: &str| format!("{quantity}, {yield_stress} Pa, {plastic_viscosity} Pa s");
-    let slow =
-        Rest { growth: 1.0, ..case.stop.rest.ok_or_else(|| anyhow!("the case has no stop rule for rest"))? };
-    let (next, watch, when_slow) = (Cell::new(0.0), RefCell::new(RestWatch::default()), Cell::new(None));
+    let next = Cell::new(0.0);
     let readings = Flow::new(case).until_rest(|now| {
-        watch.borrow_mut().update(&slow, now);
-        if when_slow.get().is_none() && watch.borrow().reached(&slow) {
-            when_slow.set(Some((now.time, now.spread)));
-        }
         if now.time >= next.get() {
             next.set(next.get() + PROGRESS);
             report::progress(&format!("{}: {:.1} s", what("slump"), now.time));
@@ -60,28 +53,14 @@ fn spread(context: &Context, yield_stress: f64, plastic_viscosity: f64) -> anyho
     })?;
     let spread = readings.spread.ok_or_else(|| anyhow!("the case has no spread gauge"))?;
     let axes = 0.5 * (spread.x + spread.y);
-    let mut checks = vec![
+    let mut layer = ThinLayer::new(yield_stress, plastic_viscosity, density, THIN_LAYER_RADIUS, CONE_VOLUME);
+    layer.until(readings.time);
+    Ok(vec![
         context.relative("spread", what("spread"), "m", row["D_corr_m"], spread.mean)?,
         context.relative("height", what("height"), "m", row["h0_corr_m"], spread.height)?,
         context.relative("round", what("axes against diagonal"), "m", spread.diagonal, axes)?,
-    ];
-    // When it is only slow, and what a thin layer of the mix still lacks then and at rest.
-    let mut layer = ThinLayer::new(yield_stress, plastic_viscosity, density, THIN_LAYER_RADIUS, CONE_VOLUME);
-    if let Some((time, Some(then))) = when_slow.get() {
-        let spread = context.relative(
-            "spread",
-            what(&format!("spread when slow, {time:.0} s")),
-            "m",
-            row["D_corr_m"],
-            then.mean,
-        )?;
-        checks.push(Check { tolerance: None, ..spread });
-        layer.until(time);
-        checks.push(shown(what("a thin layer lacks then"), layer.missing()));
-    }
-    layer.until(readings.time);
-    checks.push(shown(what(&format!("a thin layer lacks at rest, {:.0} s", readings.time)), layer.missing()));
-    Ok(checks)
+        shown(what(&format!("a thin layer lacks at {:.0} s", readings.time)), layer.missing()),
+    ])
 }
 
 /// Speeds in m/s at which the mould is lifted, the slowest first; none where it vanishes at once.
