@@ -20,6 +20,10 @@ use crate::real::{Number, Real, larger, smaller};
 
 /// A flow curve in lattice units, as the collision asks for it.
 pub trait Relaxation<N>: Send + Sync {
+    /// Whether all cells of a row had better be asked for together: tables are looked up in each cell by itself, and a loop over
+    /// cells with that in it does not become vector code.
+    const BY_ROW: bool;
+
     /// Relaxation rate omega in [0, 2) for the stress measure `q >= 0`.
     fn omega(&self, q: N) -> N;
 
@@ -90,6 +94,8 @@ impl<T: Real> Bingham<T> {
 }
 
 impl<N: Number> Relaxation<N> for Bingham<N::Scalar> {
+    const BY_ROW: bool = false;
+
     #[inline(always)]
     fn omega(&self, q: N) -> N {
         // At q = 0 the quotient is 0 without a yield stress (omega as for any q) and huge with one (omega = 0).

@@ -273,18 +273,29 @@ fn rescale_row<T: Real, R: Law<T>>(
     rescale(f, held, gravity, law, factor)
 }
 
-/// Collides the cells of a row one by one, of which the compiler makes one run over all eight; the density too.
+/// Collides the cells of a row; the density too.
 #[inline(always)]
 fn collide_cells<T: Real, R: Law<T>>(
     f: &Populations<T>,
-    held: impl Fn(usize) -> Held<T>,
+    held: Held<Lanes<T>>,
+    cell: impl Fn(usize) -> Held<T>,
     physics: &Physics<T, R>,
     to: &mut [[T; LANES]; Q + 1],
     density: &mut Lanes<T>,
 ) {
+    if <R as Relaxation<T>>::BY_ROW {
+        let gravity = by_axis(|a| Lanes::splat(physics.gravity[a]));
+        let (post, own) = collide(f, held, gravity, &physics.law, Lanes::splat(physics.least_odd));
+        for i in 0..Q {
+            to[i] = post[i].0;
+        }
+        *density = own;
+        return;
+    }
+    // One by one, of which the compiler makes one run over all eight.
     for k in 0..LANES {
-        let cell: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
-        let (post, own) = collide(&cell, held(k), physics.gravity, &physics.law, physics.least_odd);
+        let f: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
+        let (post, own) = collide(&f, cell(k), physics.gravity, &physics.law, physics.least_odd);
         for i in 0..Q {
             to[i][k] = post[i];
         }
@@ -301,7 +312,7 @@ fn collide_whole<T: Real, R: Law<T>>(
     to: &mut [[T; LANES]; Q + 1],
     density: &mut Lanes<T>,
 ) {
-    collide_cells(f, |_| Held::Whole, physics, to, density);
+    collide_cells(f, Held::Whole, |_| Held::Whole, physics, to, density);
 }
 
 /// [`collide_cells`] for cells of which some are held in part.
@@ -313,8 +324,9 @@ fn collide_partly<T: Real, R: Law<T>>(
     to: &mut [[T; LANES]; Q + 1],
     density: &mut Lanes<T>,
 ) {
-    let [mass, least] = held;
-    collide_cells(f, |k| Held::Partly { mass: mass.0[k], least: least.0[k] }, physics, to, density);
+    let [mass, least] = *held;
+    let cell = |k: usize| Held::Partly { mass: held[0].0[k], least: held[1].0[k] };
+    collide_cells(f, Held::Partly { mass, least }, cell, physics, to, density);
 }
 
 /// Collides a row, writes it back, and notes a cell that is no longer sound. Returns the density.

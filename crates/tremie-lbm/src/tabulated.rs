@@ -80,6 +80,8 @@ impl<T: Real> Tabulated<T> {
 }
 
 impl<N: Number> Relaxation<N> for Tabulated<N::Scalar> {
+    const BY_ROW: bool = true;
+
     #[inline(always)]
     fn omega(&self, q: N) -> N {
         self.omega.at(q)
@@ -106,13 +108,13 @@ impl<N: Number> Relaxation<N> for Tabulated<N::Scalar> {
         let excess = |v: N| {
             let [fluidity, growth] = half_cell(v);
             let wall = larger(traction - third * v, N::ZERO);
-            let centre = wall - growth;
+            let centre = larger(wall - growth, N::ZERO);
             let mean = (self.integral.at(wall) - self.integral.at(centre)) / growth;
             four * v - (two * mean - self.rate.at(centre) - fluidity * wall)
         };
         let (mut v0, mut f0) = (N::ZERO, excess(N::ZERO));
         let [_, growth] = half_cell(N::ZERO);
-        let curve = (self.rate.at(traction) - self.rate.at(traction - growth)) / growth;
+        let curve = (self.rate.at(traction) - self.rate.at(larger(traction - growth, N::ZERO))) / growth;
         let mut v = -f0 / (four + two * third * curve);
         for _ in 0..TURNS {
             let f = excess(v);

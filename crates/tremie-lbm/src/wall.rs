@@ -101,6 +101,8 @@ pub(crate) fn wall_velocity<T: Number, R: Relaxation<T>>(
         [T::from_f64(6.0) * omega / (two - omega), (size - third * v - resisted) / fill]
     };
     let v = law.wall_velocity(size, (size - along) / fill, cell);
+    // A film may slide, but is not pushed back: what its cell shears by is not that of fluid up to the cell's end.
+    let v = T::where_greater(T::ONE, m.fill, larger(v, T::ZERO), v);
     [v * direction[0], v * direction[1]]
 }
 

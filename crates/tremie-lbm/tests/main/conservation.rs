@@ -3,7 +3,7 @@
 use tremie_lbm::LatticeBoltzmann;
 use tremie_simulation::Simulation;
 
-use crate::case;
+use crate::{advanced, case, cells};
 
 /// A column that collapses in a closed box and sloshes.
 fn dam(precision: &str, material: &str) -> String {
@@ -62,4 +62,33 @@ fn blocks_follow_the_fluid() {
     let load = simulation.load();
     assert_eq!(load.allocated, 6 * 512, "{load:?}");
     assert!(load.wet >= 600, "{load:?}");
+}
+
+#[test]
+fn a_cone_of_any_fluid_slumps() {
+    for curve in [
+        "bingham = { yield_stress = \"50 Pa\", plastic_viscosity = \"30 Pa s\" }",
+        "casson = { yield_stress = \"50 Pa\", plastic_viscosity = \"10 Pa s\" }",
+        "herschel_bulkley = { yield_stress = \"50 Pa\", consistency = \"30 Pa s^n\", index = 0.5 }",
+        "power_law = { consistency = \"50 Pa s^n\", index = 0.8 }",
+        "power_law = { consistency = \"50 Pa s^n\", index = 1.5 }",
+        "cross = { zero_shear_viscosity = \"3000 Pa s\", infinite_shear_viscosity = \"30 Pa s\", time = \"10 s\", index = 1.0 }",
+    ] {
+        let simulation = advanced(
+            &case(&format!(
+                "[material]\ndensity = \"2300 kg/m3\"\n{curve}\n\
+                 [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"0.2 m\", \"0.2 m\", \"0.31 m\"]\n\
+                 sides = {{ x_min = \"symmetry\", y_min = \"symmetry\" }}\n\
+                 [[fluid]]\ncone = {{ base = [\"0 m\", \"0 m\", \"0 m\"], base_diameter = \"200 mm\", \
+                 top_diameter = \"100 mm\", height = \"300 mm\" }}\n\
+                 [lbm]\ncell_size = \"5 mm\""
+            )),
+            150,
+        );
+        let cells = cells(&*simulation);
+        let top = (0..cells.count[2]).filter(|k| cells.fill[cells.index(0, 0, *k)] > 0.5).count();
+        assert!((30..=60).contains(&top), "{curve}: {top} cells high after {} s", simulation.time());
+        let widest = (0..cells.count[0]).filter(|i| cells.fill[cells.index(*i, 0, 0)] > 0.1).count();
+        assert!(widest >= 20, "{curve}: {widest}");
+    }
 }
