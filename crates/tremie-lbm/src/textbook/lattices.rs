@@ -76,7 +76,7 @@ mod tests {
         }
         for i in 1..Q {
             assert_eq!(lattice.c[lattice.opposite(i)], lattice.c[i].map(|c| -c));
-            assert_eq!(lattice.opposite(i), (i - 1 ^ 1) + 1);
+            assert_eq!(lattice.opposite(i), ((i - 1) ^ 1) + 1);
         }
     }
 

@@ -79,7 +79,10 @@ fn column(width: &str, height: &str, scheme: &str) -> tremie_case::Case {
 }
 
 fn array<'a>(state: &'a State, name: &str) -> &'a Array {
-    state.arrays.iter().find(|(n, _)| n == name).map(|(_, array)| array).unwrap()
+    match state.arrays.iter().find(|(n, _)| n == name) {
+        Some((_, array)) => array,
+        None => panic!("no array {name}"),
+    }
 }
 
 /// Mass in cells: liquid by its density, interface by what it holds.
