@@ -6,7 +6,7 @@
 //! symmetry planes and periodic sides, no solids, fixed steps. The thesis's own choices (`preset = "svec-2013"`) are D3Q15, BGK,
 //! and relaxation times between 0.501 and 8, which make of a Bingham fluid one that creeps at a viscosity of 2.5.
 //!
-//! The program's own scheme (module `simulation`) is faster by far and better in every benchmark; nobody should cast with this one.
+//! For casting there is the program's own scheme (module `simulation`), which is faster by far and is what the benchmarks judge.
 
 mod collision;
 mod lattices;
