@@ -39,7 +39,7 @@ pub trait Relaxation<N>: Send + Sync {
     /// with the mean of the flow curve's s(tau) over the half-cell, in which tau grows from `t - growth` to `t = traction - v/3`
     /// at the wall. Beyond no stress there is no fluid. `cell(v)` is the fluidity of the cell itself, and the growth, while
     /// the wall moves with v; `growth` is that of a rigid cell.
-    fn wall_velocity(&self, traction: N, growth: N, cell: impl Fn(N) -> [N; 2]) -> N;
+    fn wall_velocity(&self, traction: N, growth: N, cell: impl Fn(N) -> [N; 3]) -> N;
 }
 
 /// A flow curve for one cell and for the cells of a row at once.
@@ -109,11 +109,12 @@ impl<N: Number> Relaxation<N> for Bingham<N::Scalar> {
     }
 
     #[inline(always)]
-    fn wall_velocity(&self, traction: N, growth: N, cell: impl Fn(N) -> [N; 2]) -> N {
+    fn wall_velocity(&self, traction: N, growth: N, cell: impl Fn(N) -> [N; 3]) -> N {
         let rigid = self.wall_velocity_rigid(traction, growth);
         // The cell's fluidity depends on v: v = next(v).
         let next = |v: N| {
-            let [fluidity, _] = cell(v);
+            let [fluidity, wall, _] = cell(v);
+            let traction = wall + N::from_f64(1.0 / 3.0) * v;
             N::where_greater(fluidity, N::ZERO, self.wall_velocity_yielded(traction, fluidity), rigid)
         };
         // Each turn comes nearer by much the same share of the way, so that two tell where it ends (Aitken 1926).

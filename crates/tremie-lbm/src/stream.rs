@@ -182,7 +182,8 @@ impl<'a, T: Real> Source<'a, T> {
             let taken = |from: usize, to: usize| {
                 f[to] + self.own(opposite(to), first) - f[from] - self.own(opposite(from), first)
             };
-            let velocity = wall_velocity(&m, stress, [taken(a, b), taken(c, d)], &physics.law);
+            let force = [m.force[t], m.force[s]];
+            let velocity = wall_velocity(&m, stress, [taken(a, b), taken(c, d)], force, &physics.law);
             let weight = Lanes::from_f64(1.0 / 6.0).only(flat);
             let push = [weight * velocity[0], weight * velocity[1]];
             f[a] += push[0];

@@ -97,23 +97,23 @@ impl<N: Number> Relaxation<N> for Tabulated<N::Scalar> {
     /// Its left side less its right one grows with v at least as fast as `4 v`, which bounds the slope from below; the first
     /// slope is that for a cell that keeps its shear rate and is too large, if anything.
     #[inline(always)]
-    fn wall_velocity(&self, traction: N, _: N, cell: impl Fn(N) -> [N; 2]) -> N {
+    fn wall_velocity(&self, traction: N, _: N, cell: impl Fn(N) -> [N; 3]) -> N {
         let (two, four, third) = (N::from_f64(2.0), N::from_f64(4.0), N::from_f64(1.0 / 3.0));
         // Over less than this the difference of two integrals would be lost in rounding.
         let least = larger(N::from_f64(LEAST_GROWTH) * traction, N::TINY);
         let half_cell = |v: N| {
-            let [fluidity, growth] = cell(v);
-            [fluidity, N::where_greater(growth.abs(), least, growth, least)]
+            let [fluidity, wall, growth] = cell(v);
+            [fluidity, wall, N::where_greater(growth.abs(), least, growth, least)]
         };
         let excess = |v: N| {
-            let [fluidity, growth] = half_cell(v);
-            let wall = larger(traction - third * v, N::ZERO);
+            let [fluidity, wall, growth] = half_cell(v);
+            let wall = larger(wall, N::ZERO);
             let centre = larger(wall - growth, N::ZERO);
             let mean = (self.integral.at(wall) - self.integral.at(centre)) / growth;
             four * v - (two * mean - self.rate.at(centre) - fluidity * wall)
         };
         let (mut v0, mut f0) = (N::ZERO, excess(N::ZERO));
-        let [_, growth] = half_cell(N::ZERO);
+        let [_, _, growth] = half_cell(N::ZERO);
         let curve = (self.rate.at(traction) - self.rate.at(larger(traction - growth, N::ZERO))) / growth;
         let mut v = -f0 / (four + two * third * curve);
         for _ in 0..TURNS {
@@ -223,10 +223,9 @@ mod tests {
     }
 
     /// Solves the equation of the wall by bisection, with the flow curve itself.
-    fn bisect(curve: LatticeCurve<'_>, traction: f64, cell: impl Fn(f64) -> [f64; 2]) -> f64 {
+    fn bisect(curve: LatticeCurve<'_>, traction: f64, cell: impl Fn(f64) -> [f64; 3]) -> f64 {
         let excess = |v: f64| {
-            let wall = traction - v / 3.0;
-            let [fluidity, growth] = cell(v);
+            let [fluidity, wall, growth] = cell(v);
             let pieces = 100;
             let at = |k: i32| (wall - growth * f64::from(k) / f64::from(pieces)).max(0.0);
             let sum: f64 = (0..pieces).map(|k| curve.integral(at(k + 1), at(k))).sum();
@@ -254,7 +253,8 @@ mod tests {
                 let measure = measure - v / 3.0;
                 let rate = lattice.rate_of_measure(3.0 * measure.max(0.0));
                 let stress = measure - rate / 6.0;
-                [if rate > 0.0 { rate / stress } else { 0.0 }, traction - v / 3.0 - stress]
+                let wall = traction - v / 3.0;
+                [if rate > 0.0 { rate / stress } else { 0.0 }, wall, wall - stress]
             };
             let v = law.wall_velocity(traction, growth, cell);
             let exact = bisect(lattice, traction, cell);
@@ -286,7 +286,7 @@ mod tests {
         let tabulated = Tabulated::<f64>::new(&curve, &SCALING);
         let closed = Bingham::<f64>::new(SCALING.stress(50.0), SCALING.viscosity(30.0));
         for (traction, growth) in [(4e-5, 1e-5), (4.5e-5, 2e-5), (8e-5, 6e-5)] {
-            let cell = |_| [0.0, growth];
+            let cell = |v: f64| [0.0, traction - v / 3.0, growth];
             let v = closed.wall_velocity(traction, growth, cell);
             assert!(
                 (tabulated.wall_velocity(traction, growth, cell) / v - 1.0).abs() < 0.02,

@@ -77,9 +77,16 @@ pub(crate) fn wall_velocity<T: Number, R: Relaxation<T>>(
     m: &Moments<T>,
     stress: [T; 2],
     traction: [T; 2],
+    force: [T; 2],
     law: &R,
 ) -> [T; 2] {
     let (third, four) = (T::from_f64(1.0 / 3.0), T::from_f64(4.0));
+    let (half, sixth) = (T::from_f64(0.5), T::from_f64(1.0 / 6.0));
+    // With the cell rigid, whose stress is P.
+    let traction = std::array::from_fn::<T, 2, _>(|n| {
+        let still = traction[n] - sixth * force[n];
+        still + half * (still - stress[n])
+    });
     let size = (traction[0] * traction[0] + traction[1] * traction[1]).sqrt();
     let least = larger(size, T::TINY);
     let direction = [traction[0] / least, traction[1] / least];
@@ -97,8 +104,10 @@ pub(crate) fn wall_velocity<T: Number, R: Relaxation<T>>(
         let omega = law.omega(q);
         let two = T::from_f64(2.0);
         // P is the flow curve's stress and a sixth of the shear rate.
-        let resisted = (T::ONE - omega / two) * (along - third * v);
-        [T::from_f64(6.0) * omega / (two - omega), (size - third * v - resisted) / fill]
+        let measured = along - third * v;
+        let resisted = (T::ONE - omega / two) * measured;
+        let wall = size - third * v + half * (measured - resisted);
+        [T::from_f64(6.0) * omega / (two - omega), wall, (wall - resisted) / fill]
     };
     let v = law.wall_velocity(size, (size - along) / fill, cell);
     // A film may slide, but is not pushed back: what its cell shears by is not that of fluid up to the cell's end.
