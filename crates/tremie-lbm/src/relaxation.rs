@@ -36,9 +36,9 @@ pub trait Relaxation<N>: Send + Sync {
     ///     4 v = 2 mean(s) - s(t - growth) - fluidity t
     /// ```
     ///
-    /// with the mean of the flow curve's s(tau) over the half-cell, in which tau grows from `t - growth` to `t = traction - v/3`
-    /// at the wall. Beyond no stress there is no fluid. `cell(v)` is the fluidity of the cell itself, and the growth, while
-    /// the wall moves with v; `growth` is that of a rigid cell.
+    /// with the mean of the flow curve's s(tau) over the half-cell, in which tau grows from `t - growth` to `t` at the wall.
+    /// Beyond no stress there is no fluid. `cell(v)` is the fluidity of the cell itself, t, and the growth, while
+    /// the wall moves with v. At a rigid cell `t = traction - v/3`, and `growth` is the growth.
     fn wall_velocity(&self, traction: N, growth: N, cell: impl Fn(N) -> [N; 3]) -> N;
 }
 

@@ -92,6 +92,25 @@ fn a_channel_carries_its_parabola() {
     }
 }
 
+#[test]
+fn a_tank_of_little_yield_stress_comes_to_rest() {
+    // Its walls must not take the weight that the pressure carries for traction: a sixth of a cell's weight is 38 Pa here.
+    let text = "[material]\ndensity = \"2300 kg/m3\"\n\
+         [material.bingham]\nyield_stress = \"5 Pa\"\nplastic_viscosity = \"20 Pa s\"\n\
+         [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"160 mm\", \"10 mm\", \"200 mm\"]\n\
+         [domain.sides]\ny_min = \"periodic\"\ny_max = \"periodic\"\n\
+         [[fluid]]\nbox = { min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"160 mm\", \"10 mm\", \"160 mm\"] }\n\
+         [lbm]\ncell_size = \"10 mm\"\nprecision = \"f64\"\n";
+    let mut simulation = advanced(&case(text), 0);
+    while simulation.time() < 4.0 {
+        advance(&mut *simulation, 100);
+    }
+    let cells = cells(&*simulation);
+    let speed = cells.velocity.iter().map(|u| u.length()).fold(0.0, f64::max);
+    assert!(speed < 1e-5, "{speed} m/s");
+    assert!(cells.shear_rate.iter().all(|rate| *rate == 0.0), "something yields");
+}
+
 /// A film of Bingham fluid on an incline, `cells` thick, pulled along x by `load` times its yield stress at the floor.
 fn film(cells: f64, load: f64) -> String {
     let (size, density, yield_stress) = (0.005, 2300.0, 50.0);

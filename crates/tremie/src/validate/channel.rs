@@ -50,9 +50,14 @@ struct Level {
 }
 
 fn column(cells: &Cells) -> Vec<Level> {
+    column_at(cells, 0)
+}
+
+/// The column of the cells number `i` along x.
+fn column_at(cells: &Cells, i: usize) -> Vec<Level> {
     (0..cells.count[2])
         .map(|k| {
-            let n = cells.index(0, 0, k);
+            let n = cells.index(i, 0, k);
             Level {
                 z: cells.centre(0, 0, k).z,
                 fill: cells.fill[n],
@@ -293,6 +298,117 @@ pub(super) fn couette_bingham(context: &Context) -> anyhow::Result<Vec<Check>> {
     Ok(checks)
 }
 
+/// The flow of a Bingham fluid that a lid drags along a closed box, far from its ends.
+///
+/// The stress grows from floor to lid by the pressure gradient, `tau = gradient (z - floor - plug/2)` with the layer `floor`
+/// that flows back over the floor and the plug `plug = 2 tau_y / gradient` above it, so that
+///
+/// ```text
+///     u = -gradient/(2 mu) (floor^2 - (floor - z)^2)                   below the plug, and at its speed up to its top
+///     u = -gradient/(2 mu) (floor^2 - (z - floor - plug)^2)            above it
+/// ```
+///
+/// The lid's speed gives the gradient, and no flow through the section gives the layer.
+struct Return {
+    /// Height in m of the layer that shears at the floor.
+    floor: f64,
+    /// Height in m of the plug.
+    plug: f64,
+    /// Pressure gradient over twice the plastic viscosity, in 1/(m s).
+    curvature: f64,
+}
+
+impl Return {
+    fn of(case: &Case, lid: f64) -> Self {
+        let FlowCurve::Bingham { yield_stress, plastic_viscosity } = case.material.curve else {
+            return Self { floor: f64::NAN, plug: f64::NAN, curvature: f64::NAN };
+        };
+        let height = gap(case);
+        let with_floor = |floor: f64| {
+            let plug = |curvature: f64| yield_stress / (plastic_viscosity * curvature);
+            let of = |curvature: f64| Self { floor, plug: plug(curvature), curvature };
+            // The layer under the lid has some height.
+            let least = yield_stress / (plastic_viscosity * (height - floor));
+            let most = least + 1e3 * lid / (height * height);
+            of(bisection(least, most, |curvature| of(curvature).velocity(height) - lid))
+        };
+        with_floor(bisection(0.0, height / 3.0, |floor| -with_floor(floor).flow(height)))
+    }
+
+    /// Velocity in m/s at the height z in m.
+    fn velocity(&self, z: f64) -> f64 {
+        let below = (self.floor - z).max(0.0);
+        let above = (z - self.floor - self.plug).max(0.0);
+        self.curvature * (below * below + above * above - self.floor * self.floor)
+    }
+
+    /// Flow in m2/s through the section of the given height.
+    fn flow(&self, height: f64) -> f64 {
+        let above = height - self.floor - self.plug;
+        let cubes = (self.floor.powi(3) + above.powi(3)) / 3.0;
+        self.curvature * (cubes - self.floor * self.floor * height)
+    }
+}
+
+/// Where a function that grows from below zero to above it between two places is zero.
+fn bisection(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if f(middle) < 0.0 { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+/// Return flow of a Bingham fluid in a closed box under a moving lid.
+pub(super) fn couette_return(context: &Context) -> anyhow::Result<Vec<Check>> {
+    const CELLS: [usize; 3] = [8, 16, 32];
+    const BINGHAM_NUMBERS: [f64; 2] = [0.5, 5.0];
+    // In times of diffusion; a long plug goes on quivering by 5e-5 of the lid's speed.
+    const SETTLED: f64 = 5.0;
+    let runs: Vec<(f64, usize)> =
+        BINGHAM_NUMBERS.into_iter().flat_map(|number| CELLS.map(|cells| (number, cells))).collect();
+    // The longest first.
+    let columns: anyhow::Result<Vec<(Return, Vec<Level>)>> = runs
+        .par_iter()
+        .rev()
+        .with_max_len(1)
+        .map(|(number, cells)| {
+            let mut case = context.case("case.toml")?;
+            let Side::Wall { velocity } = case.domain.sides[5] else {
+                anyhow::bail!("the upper side must be a wall");
+            };
+            let size = gap(&case) / *cells as f64;
+            lattice(&mut case).cell_size = size;
+            case.domain.max.y = case.domain.min.y + size;
+            let plastic_viscosity = case.material.curve.plastic_viscosity();
+            let yield_stress = number * plastic_viscosity * velocity.x / gap(&case);
+            case.material.curve = FlowCurve::Bingham { yield_stress, plastic_viscosity };
+            let exact = Return::of(&case, velocity.x);
+            let time = SETTLED * diffusion_time(&case, gap(&case));
+            let mut flow = Flow::new(case);
+            flow.until(time)?;
+            let now = flow.cells();
+            Ok((exact, column_at(&now, now.count[0] / 2)))
+        })
+        .collect();
+    let (mut checks, mut errors) = (Vec::new(), Vec::new());
+    for ((exact, column), (number, cells)) in columns?.iter().rev().zip(&runs) {
+        let error = l2_error(column, |z| exact.velocity(z));
+        let name = format!("Bi {number}, {cells} cells");
+        let back = column.iter().map(|level| level.u).fold(0.0, f64::min);
+        let plug = exact.velocity(exact.floor);
+        let judged = |check: Check| if *cells == 32 { check } else { Check { tolerance: None, ..check } };
+        checks.push(judged(context.zero("profile", format!("velocity, {name} (L2)"), "", error)?));
+        checks.push(judged(context.relative("plug", format!("plug, {name}"), "m/s", plug, back)?));
+        errors.push(error);
+    }
+    for (number, errors) in BINGHAM_NUMBERS.iter().zip(errors.chunks(CELLS.len())) {
+        let order = observed_order(&CELLS, errors);
+        checks.push(context.at_least("order", format!("order, Bi {number}"), order)?);
+    }
+    Ok(checks)
+}
+
 /// Films down an incline, of thicknesses that are no whole number of cells.
 pub(super) fn film_newtonian(context: &Context) -> anyhow::Result<Vec<Check>> {
     const THICKNESS: [f64; 6] = [16.3, 16.5, 16.8, 32.3, 32.5, 32.8];
@@ -340,6 +456,24 @@ mod tests {
                 Poiseuille { half_gap: 1.0, wall_stress, yield_stress: phi * wall_stress, viscosity: 1.0 };
             assert!((exact.velocity(eta) - row["u_over_U"]).abs() < 1e-5, "{row:?}");
             assert!((exact.yield_stress - row["Bn"]).abs() < 1e-4, "{row:?}");
+        }
+    }
+
+    #[test]
+    fn a_return_flow_meets_its_conditions() {
+        let benchmark = super::super::BENCHMARKS.iter().find(|b| b.id == "couette-return");
+        let mut case = Context::new(benchmark.unwrap()).unwrap().case("case.toml").unwrap();
+        let (height, lid, plastic_viscosity) = (gap(&case), 0.3, 20.0);
+        for yield_stress in [0.0, 50.0, 1000.0] {
+            case.material.curve = FlowCurve::Bingham { yield_stress, plastic_viscosity };
+            let exact = Return::of(&case, lid);
+            assert!((exact.velocity(height) - lid).abs() < 1e-9 && exact.velocity(0.0).abs() < 1e-9);
+            let n = 20_000;
+            let sum: f64 = (0..n).map(|k| exact.velocity((f64::from(k) + 0.5) / f64::from(n) * height)).sum();
+            assert!((sum / f64::from(n)).abs() < 1e-6 * lid, "{sum}");
+            // Without yield stress two parabolas: u = U (3 z^2/H^2 - 2 z/H).
+            let parabola = lid * (3.0 * 0.25 - 1.0);
+            assert!(yield_stress > 0.0 || (exact.velocity(0.5 * height) - parabola).abs() < 1e-9);
         }
     }
 

@@ -80,6 +80,7 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(channel::channel_cross, "channel-cross", "case.toml", "reference.csv"),
     benchmark!(channel::channel_carreau, "channel-carreau", "case.toml"),
     benchmark!(channel::couette_bingham, "couette-bingham", "case.toml"),
+    benchmark!(channel::couette_return, "couette-return", "case.toml"),
     benchmark!(channel::film_newtonian, "film-newtonian", "case.toml"),
     benchmark!(cavity::cavity_casson, "cavity-casson", "case.toml", "reference.csv"),
     benchmark!(
