@@ -97,6 +97,8 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(surface::advection, "advection-drop", "case.toml"),
     benchmark!(invariance::invariance, "invariance", "slump.toml", "lumps.toml"),
     benchmark!(collapse::dam_break_water, "dam-break-water", "case.toml", "reference.csv", "height.csv"),
+    benchmark!(collapse::dam_break_bingham, "dam-break-bingham", "case.toml", "reference.csv", "paper.csv"),
+    benchmark!(collapse::block_at_rest, "block-at-rest", "case.toml"),
     benchmark!(collapse::collapse_planar_bingham, "collapse-planar-bingham", "case.toml", "reference.csv"),
     benchmark!(slump::cone_rigid, "cone-rigid", "case.toml"),
     benchmark!(slump::cone_lift, "cone-lift", "case.toml"),
