@@ -20,7 +20,9 @@
 //! On a flat wall along the lattice that keeps the tangential momentum to rounding, as specular reflection does. On others
 //! the wall is a staircase, and specular reflection would catch the flow at every step: here mass goes into the steps that face the flow and comes
 //! back out of the others, and what a wall seen from afar has smooth, stays smooth. An interface cell may leave a sliding wall freely: it is not drawn after one
-//! that recedes.
+//! that recedes. Nor is liquid, if there is air that can come in between: where such a wall would have to pull, v.n is not
+//! the solid's but that for which p is zero. What the liquid keeps back thereby is owed by its store, until the wall uncovers a cell: then
+//! a gap is left there (`sweep`). (A mould that pulled would tear a slump cone apart: lifted at 1 m/s, by 15 kPa.)
 //!
 //! The mass that goes into steps and what comes out of them agree over a stretch of the wall, but not in every cell. So each
 //! liquid cell at a sliding wall has a store, which gets what the wall takes from the cell by sliding, exchanges with the stores beside
@@ -103,7 +105,14 @@ impl<T: Real> Source<'_, T> {
                 let momentum: DVec3 = (1..Q).map(|i| vector(C[i]) * leaving[i]).sum();
                 let fill = if interface { self.own[(FILL, cell)].to_f64().clamp(0.0, 1.0) } else { 1.0 };
                 let u = momentum / density - 0.5 * fill * gravity;
-                wall = sliding(contact, u, density, interface, links().map(|i| (i, leaving[opposite(i)])));
+                wall = sliding(
+                    contact,
+                    u,
+                    density,
+                    interface,
+                    self.solids.air,
+                    links().map(|i| (i, leaving[opposite(i)])),
+                );
             }
             let (mut swept, mut slid) = (0.0, 0.0);
             for i in links() {
@@ -162,34 +171,43 @@ impl<T: Real> Source<'_, T> {
     }
 }
 
-/// Velocity of a sliding wall beside fluid of the velocity `u`; `links` are velocities out of the wall with the populations that
-/// enter it.
+/// Velocity of a sliding wall beside fluid of the velocity `u`, which lets go of the fluid if there is air; `links` are velocities out of the
+/// wall with the populations that enter it.
 fn sliding(
     contact: &Contact,
     u: DVec3,
     density: f64,
     interface: bool,
+    air: bool,
     links: impl Iterator<Item = (usize, f64)>,
 ) -> DVec3 {
     let n = contact.normal;
     let across = |v: DVec3| v - n * v.dot(n);
+    let outer = |v: DVec3| DMat3::from_cols(v * v.x, v * v.y, v * v.z);
     let leaves = interface && (u - contact.velocity).dot(n) > 0.0;
-    let start = if leaves { u } else { across(u) + n * contact.velocity.dot(n) };
+    let mut wall = if leaves { u } else { across(u) + n * contact.velocity.dot(n) };
     let (mut traction, mut area) = (DVec3::ZERO, DVec3::ZERO);
-    let mut response = DMat3::from_diagonal(DVec3::splat(BLIND));
+    // What the traction grows by with the wall's velocity, and the part of it across the normal.
+    let (mut response, mut aside) = (DMat3::ZERO, DMat3::from_diagonal(DVec3::splat(BLIND)));
     for (i, leaving) in links {
         let c = vector(C[i]);
         let weight = 6.0 * W[i] * density;
         // Momentum that the flow carries along is no stress.
         let carried = W[i] * density * (4.5 * c.dot(u).powi(2) - 1.5 * u.length_squared());
-        traction += (2.0 * (leaving - carried) + weight * c.dot(start)) * c;
+        traction += (2.0 * (leaving - carried) + weight * c.dot(wall)) * c;
         area += 2.0 * W[i] * c;
-        let side = across(c);
-        response += weight * DMat3::from_cols(side * side.x, side * side.y, side * side.z);
+        response += weight * outer(c);
+        aside += weight * outer(across(c));
     }
     let facing = area.dot(n);
+    let pull = -traction.dot(n);
+    if air && contact.velocity.dot(n) < 0.0 && pull > 0.0 && facing > LEAST_FACING {
+        let free = n * (pull / n.dot(response * n));
+        wall += free;
+        traction += response * free;
+    }
     let pressure = if facing > LEAST_FACING { traction.dot(n) / facing } else { density - 1.0 };
     // What is added to the matrix along the normal changes nothing across it.
-    response += DMat3::from_cols(n * n.x, n * n.y, n * n.z);
-    start - across(response.inverse() * across(traction - pressure * area))
+    aside += outer(n);
+    wall - across(aside.inverse() * across(traction - pressure * area))
 }

@@ -226,6 +226,7 @@ impl<T: Real> LatticeBoltzmann<T> {
     /// Finds rows and surface as the cells are now: the next step needs them, and so does a snapshot.
     fn arrange(&mut self) {
         self.grid.solids.place(self.time, self.scaling.time_step);
+        self.grid.solids.air = self.grid.kinds.iter().flatten().any(|kinds| kinds.interface != 0);
         self.grid.sort_rows(&mut self.rows);
         self.grid.reconstruct(&self.rows, self.fluid.gravity());
     }

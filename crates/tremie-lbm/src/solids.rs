@@ -21,6 +21,8 @@ pub(crate) struct Solids {
     size: f64,
     /// For each slot and row the time in s before which no cell is covered or uncovered.
     until: Vec<[f64; ROWS]>,
+    /// Whether there is air that can come in between the fluid and a wall that recedes.
+    pub(crate) air: bool,
 }
 
 /// A solid at the present time.
@@ -59,6 +61,7 @@ impl Solids {
             corner: case.domain.min,
             size,
             until: Vec::new(),
+            air: false,
         }
     }
 

@@ -392,7 +392,7 @@ fn judge<T: Real>(
     back.put(FILL, first, Lanes::choose(interface, stored, other));
     let below = |limit: f64| bits(|k| fill[k] < limit);
     let above = |limit: f64| bits(|k| fill[k] > limit);
-    let closed = !(around.any_air | around.any_interface);
+    let closed = !(around.any_air | around.any_interface | around.any_immersed);
     let full = (above(FULL) | rising | above(FULL_INSIDE) & !around.any_air | closed) & interface;
     // On a wall a film goes on by cells that hold little at first.
     let gaining = bits(|k| gain[k] > 0.0);

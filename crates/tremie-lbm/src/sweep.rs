@@ -8,7 +8,8 @@
 //!
 //! - An interface cell that is covered leaves its mass to the interface beside it.
 //! - An uncovered cell is liquid if it touches liquid and no air, interface if it touches both, and else air. As interface it holds what the
-//!   liquid beside it has paid.
+//!   liquid beside it has paid. If that owes more than a quarter of it, because a wall has drawn away from it (module `contact`), the cell is
+//!   interface too and holds nothing: a gap that air has come into.
 //!
 //! Blocks exist where a solid reaches into the surroundings of fluid, so that it is seen there.
 
@@ -18,6 +19,10 @@ use crate::lattice::{Q, W};
 use crate::real::Real;
 use crate::surface::{Cell, Ledger};
 use crate::topology::{AIR, EDGE, ROWS};
+
+/// Share of an uncovered cell that the liquid beside it has to owe for a gap to be there. (A wall between two cells
+/// uncovers the next after half a cell.)
+const GAP: f64 = 0.25;
 
 impl<T: Real> Grid<T> {
     /// Covers and uncovers cells as the solids are at the time `time` in s.
@@ -136,11 +141,17 @@ impl<T: Real> Grid<T> {
 
     fn uncover(&mut self, uncovered: &[Cell], ledger: &mut Ledger) {
         let (mut liquid, mut interface) = (Vec::new(), Vec::new());
-        for &cell in uncovered {
+        let debts = self.debts(uncovered);
+        let (mut gaps, mut owing) = (Vec::new(), Vec::new());
+        for (&cell, debt) in uncovered.iter().zip(&debts) {
             let around: Vec<Cell> = self.around(cell).map(|(beside, _)| beside).collect();
             let wet = around.iter().any(|beside| self.is_liquid(*beside));
             let air = around.iter().any(|beside| self.is_air(*beside));
             match (wet, air) {
+                (true, false) if debt.iter().map(|(_, owed)| owed).sum::<f64>() > GAP => {
+                    gaps.push(cell);
+                    owing.push(debt);
+                }
                 (true, false) => liquid.push(cell),
                 (true, true) => interface.push(cell),
                 (false, false) if around.iter().any(|beside| self.is_interface(*beside)) => {
@@ -152,7 +163,7 @@ impl<T: Real> Grid<T> {
         let fresh = |grid: &Self, cells: &[Cell]| -> Vec<[T; Q]> {
             cells.iter().map(|cell| grid.mean_equilibrium(*cell)).collect()
         };
-        let (full, empty) = (fresh(self, &liquid), fresh(self, &interface));
+        let (full, empty, open) = (fresh(self, &liquid), fresh(self, &interface), fresh(self, &gaps));
         let shares: Vec<f64> = interface.iter().map(|cell| self.paid(*cell)).collect();
         for &cell in uncovered {
             self.set_solid(cell, false);
@@ -166,6 +177,15 @@ impl<T: Real> Grid<T> {
             self.set_populations(*cell, f);
             self.set_interface(*cell, share, T::from_f64(share));
             ledger.swept -= share;
+        }
+        for ((cell, f), debt) in gaps.iter().zip(&open).zip(owing) {
+            // The wall has not got what it should have taken, and nothing has come after it.
+            for ((slot, at), owed) in debt {
+                self.mass[*slot][*at] += owed;
+                ledger.swept -= owed;
+            }
+            self.set_populations(*cell, f);
+            self.set_interface(*cell, 0.0, T::ZERO);
         }
         // Liquid never touches air.
         for &(slot, cell) in &liquid {
@@ -183,6 +203,21 @@ impl<T: Real> Grid<T> {
             self.set_populations(*cell, f);
             self.set_interface(*cell, 0.0, T::ZERO);
         }
+    }
+
+    /// What the liquid around each uncovered cell owes it: the debts of its stores, in equal parts to all uncovered cells beside it.
+    fn debts(&self, uncovered: &[Cell]) -> Vec<Vec<(Cell, f64)>> {
+        let liquid = |cell: &Cell| -> Vec<Cell> {
+            self.around(*cell).map(|(beside, _)| beside).filter(|beside| self.is_liquid(*beside)).collect()
+        };
+        let beside: Vec<Vec<Cell>> = uncovered.iter().map(liquid).collect();
+        let mut claims = beside.concat();
+        claims.sort_unstable();
+        let number = |cell: Cell| {
+            claims.partition_point(|claim| *claim <= cell) - claims.partition_point(|claim| *claim < cell)
+        };
+        let owed = |cell: &Cell| (*cell, -self.mass[cell.0][cell.1] / number(*cell) as f64);
+        beside.iter().map(|cells| cells.iter().map(owed).collect()).collect()
     }
 
     /// Share of the links into an uncovered cell through which liquid has paid for it.

@@ -173,6 +173,34 @@ fn free_slip_walls_let_a_plug_go_on() {
     }
 }
 
+#[test]
+fn a_sliding_wall_that_recedes_lets_go() {
+    // A block that stands by itself, and a plate against its side that is drawn away: air comes in between.
+    let text = "[material]\ndensity = \"2300 kg/m3\"\n\
+         bingham = { yield_stress = \"1000 Pa\", plastic_viscosity = \"50 Pa s\" }\n\
+         [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"200 mm\", \"5 mm\", \"80 mm\"]\n\
+         sides = { x_min = \"symmetry\", y_min = \"periodic\", y_max = \"periodic\" }\n\
+         [[fluid]]\nbox = { min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"60 mm\", \"1 m\", \"40 mm\"] }\n\
+         [[solid]]\nbox = { min = [\"60 mm\", \"-1 m\", \"0 m\"], max = [\"80 mm\", \"1 m\", \"1 m\"] }\n\
+         surface = \"free_slip\"\nmotion.uniform.velocity = [\"0.3 m/s\", \"0 m/s\", \"0 m/s\"]\n\
+         [lbm]\ncell_size = \"5 mm\"\nprecision = \"f64\"\n";
+    let mut simulation = advanced(&case(text), 0);
+    let volume = |simulation: &dyn Simulation, width: f64| -> f64 {
+        let cells = cells(simulation);
+        let inside = (0..cells.fill.len()).filter(|n| cells.centre(n % cells.count[0], 0, 0).x < width);
+        inside.map(|n| cells.fill[n]).sum()
+    };
+    let all = volume(&*simulation, 1.0);
+    while simulation.time() < 0.2 {
+        advance(&mut *simulation, 10);
+    }
+    let cells = cells(&*simulation);
+    assert!((volume(&*simulation, 1.0) / all - 1.0).abs() < 0.01);
+    assert!(volume(&*simulation, 0.06) > 0.98 * all, "the block has followed the plate");
+    let speed = cells.velocity.iter().map(|u| u.length()).fold(0.0, f64::max);
+    assert!(speed < 0.01, "{speed} m/s");
+}
+
 /// A small cone that is lifted from concrete; `min` is the domain's lower end in x and y.
 fn lifted(min: &str, sides: &str) -> String {
     format!(
