@@ -12,8 +12,6 @@ mod collision;
 mod lattices;
 mod surface;
 
-use std::mem::{replace, take};
-
 use rayon::prelude::*;
 use tremie_case::{Case, Lattice, Side, Textbook};
 use tremie_numerics::DVec3;
@@ -98,23 +96,20 @@ struct Dense<const Q: usize> {
     offset: [isize; Q],
     kinds: Vec<Kind>,
     mass: Vec<f64>,
+    /// Populations after the last collision.
     front: Vec<[f64; Q]>,
-    back: Vec<[f64; Q]>,
-    /// What the last collision found in each cell that holds fluid.
+    /// What that collision found in each cell that holds fluid.
     seen: Vec<Seen>,
-    seen_next: Vec<Seen>,
-    gains: Vec<f64>,
-    /// Interface cells, in order.
+    /// Cells that hold fluid, in order, and those of them that are interface.
+    wet: Vec<usize>,
     interface: Vec<usize>,
-    /// Cells that hold fluid.
-    wet: usize,
     steps: u64,
     updates: u64,
 }
 
 impl<const Q: usize> Dense<Q> {
     /// Memory for each cell.
-    const BYTES: usize = 2 * size_of::<([f64; Q], Seen, f64)>() + size_of::<Kind>();
+    const BYTES: usize = size_of::<([f64; Q], Seen, f64, Kind)>();
 
     fn new(case: &Case, textbook: Textbook, weights: [f64; 4]) -> Self {
         let plan = Plan::new(case);
@@ -139,26 +134,24 @@ impl<const Q: usize> Dense<Q> {
             kinds: vec![Kind::Air; total],
             mass: vec![0.0; total],
             front: vec![[0.0; Q]; total],
-            back: vec![[0.0; Q]; total],
             seen: vec![Seen::default(); total],
-            seen_next: vec![Seen::default(); total],
-            gains: vec![0.0; total],
+            wet: Vec::new(),
             interface: Vec::new(),
-            wet: 0,
             steps: 0,
             updates: 0,
         };
         new.fill();
-        new.count();
+        new.list();
         new
     }
 
-    /// Counts the cells that hold fluid, and lists those of the interface.
-    pub(super) fn count(&mut self) {
+    /// Lists the cells that hold fluid, and those of the interface.
+    pub(super) fn list(&mut self) {
         let kinds = &self.kinds;
-        self.wet = kinds.iter().filter(|kind| **kind != Kind::Air).count();
+        self.wet.clear();
+        self.wet.extend((0..kinds.len()).filter(|cell| kinds[*cell] != Kind::Air));
         self.interface.clear();
-        self.interface.extend((0..kinds.len()).filter(|cell| kinds[*cell] == Kind::Interface));
+        self.interface.extend(self.wet.iter().filter(|cell| kinds[**cell] == Kind::Interface));
     }
 
     fn place(&self, cell: usize) -> [usize; 3] {
@@ -334,32 +327,23 @@ impl<const Q: usize> Simulation for Dense<Q> {
     }
 
     fn advance(&mut self) -> Result<(), Breakdown> {
-        let (mut back, mut seen, mut gains) =
-            (take(&mut self.back), take(&mut self.seen_next), take(&mut self.gains));
-        let this = &*self;
-        (back.par_iter_mut(), seen.par_iter_mut(), gains.par_iter_mut())
-            .into_par_iter()
-            .enumerate()
-            .for_each(|(cell, (to, seen, gain))| {
-                if this.kinds[cell] == Kind::Air {
-                    return;
-                }
-                (*to, *seen) = collide(&this.lattice, &this.rules, &this.arriving(cell));
-                if this.kinds[cell] == Kind::Interface {
-                    *gain = this.gain(cell);
-                }
-            });
-        self.back = replace(&mut self.front, back);
-        self.seen_next = replace(&mut self.seen, seen);
-        for cell in &self.interface {
-            self.mass[*cell] += gains[*cell];
+        let collided: Vec<([f64; Q], Seen, f64)> = self
+            .wet
+            .par_iter()
+            .map(|&cell| {
+                let (post, seen) = collide(&self.lattice, &self.rules, &self.arriving(cell));
+                (post, seen, if self.kinds[cell] == Kind::Interface { self.gain(cell) } else { 0.0 })
+            })
+            .collect();
+        for (&cell, (post, seen, gain)) in self.wet.iter().zip(collided) {
+            self.front[cell] = post;
+            self.seen[cell] = seen;
+            self.mass[cell] += gain;
         }
-        self.gains = gains;
         self.steps += 1;
-        self.updates += self.wet as u64;
+        self.updates += self.wet.len() as u64;
         let sound = |cell: usize| (0.5..2.0).contains(&self.seen[cell].density);
-        let broken = |cell: &usize| self.kinds[*cell] != Kind::Air && !sound(*cell);
-        if let Some(cell) = (0..self.kinds.len()).find(broken) {
+        if let Some(&cell) = self.wet.iter().find(|cell| !sound(**cell)) {
             return Err(Breakdown {
                 time: self.time(),
                 position: centre(&self.case, self.scaling.cell_size, self.place(cell)),
@@ -399,11 +383,10 @@ impl<const Q: usize> Simulation for Dense<Q> {
     }
 
     fn load(&self) -> Load {
-        let bytes = 2 * size_of::<([f64; Q], Seen, f64)>() + size_of::<Kind>();
         Load {
-            wet: self.wet,
+            wet: self.wet.len(),
             allocated: self.kinds.len(),
-            bytes: bytes * self.kinds.len(),
+            bytes: Self::BYTES * self.kinds.len(),
             updates: self.updates,
         }
     }
@@ -439,7 +422,7 @@ impl<const Q: usize> Simulation for Dense<Q> {
         self.mass = mass.clone();
         self.seen = bytemuck::cast_slice(seen).to_vec();
         self.kinds = kinds;
-        self.count();
+        self.list();
         Ok(())
     }
 }

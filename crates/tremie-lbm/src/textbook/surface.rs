@@ -71,7 +71,7 @@ impl<const Q: usize> Dense<Q> {
                 }
             }
         }
-        self.count();
+        self.list();
         for cell in &self.interface {
             self.mass[*cell] += left / self.interface.len() as f64;
         }
