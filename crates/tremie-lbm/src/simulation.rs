@@ -7,7 +7,7 @@ use tremie_simulation::{Breakdown, Load, RestoreError, Simulation, Snapshot};
 
 use crate::adapt::{INTERVAL, Look, Watch};
 use crate::fluid::Fluid;
-use crate::grid::Grid;
+use crate::grid::{Grid, Kinds};
 use crate::initial::centre;
 use crate::lattice::Q;
 use crate::plan::{Plan, confined_gravity, settings};
@@ -226,7 +226,8 @@ impl<T: Real> LatticeBoltzmann<T> {
     /// Finds rows and surface as the cells are now: the next step needs them, and so does a snapshot.
     fn arrange(&mut self) {
         self.grid.solids.place(self.time, self.scaling.time_step);
-        self.grid.solids.air = self.grid.kinds.iter().flatten().any(|kinds| kinds.interface != 0);
+        let interface = |kinds: &Kinds| kinds.interface != 0;
+        self.grid.solids.air = self.grid.solids.any() && self.grid.kinds.iter().flatten().any(interface);
         self.grid.sort_rows(&mut self.rows);
         self.grid.reconstruct(&self.rows, self.fluid.gravity());
     }
