@@ -13,7 +13,7 @@
 use rayon::prelude::*;
 
 use crate::collision::density_and_momentum;
-use crate::grid::{FILL, Grid};
+use crate::grid::Grid;
 use crate::lattice::Q;
 use crate::real::Real;
 use crate::scaling::Limits;
@@ -84,7 +84,7 @@ impl<T: Real> Grid<T> {
             let mut bins = vec![0u64; BINS];
             for cell in 0..CELLS {
                 let wet = self.kinds[*slot][cell / EDGE].wet() >> (cell % EDGE) & 1 == 1;
-                let fill = self.front[*slot][(FILL, cell)].to_f64().min(1.0);
+                let fill = self.fills[*slot][(0, cell)].to_f64().min(1.0);
                 if !wet || fill < 0.5 {
                     continue;
                 }
@@ -128,7 +128,7 @@ impl<T: Real> Grid<T> {
     pub(crate) fn reweigh(&mut self) {
         for (slot, cell) in self.interface_cells().collect::<Vec<_>>() {
             let excess: f64 = (0..Q).map(|i| self.front[slot][(i, cell)].to_f64()).sum();
-            self.mass[slot][cell] = self.front[slot][(FILL, cell)].to_f64() * (1.0 + excess);
+            self.mass[slot][cell] = self.fills[slot][(0, cell)].to_f64() * (1.0 + excess);
         }
     }
 }

@@ -38,7 +38,7 @@
 
 use tremie_numerics::{DMat3, DVec3};
 
-use crate::grid::FILL;
+use crate::grid::Fill;
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, Q, W, opposite};
 use crate::real::Real;
@@ -88,6 +88,7 @@ impl<T: Real> Source<'_, T> {
         first: usize,
         contacts: &Contacts,
         gravity: [T; 3],
+        fill: &Fill<T>,
         f: &mut [Lanes<T>; Q],
         mass: &mut [f64; CELLS],
         exchange: &mut Exchange,
@@ -103,7 +104,7 @@ impl<T: Real> Source<'_, T> {
             let mut wall = contact.velocity;
             if contact.slides {
                 let momentum: DVec3 = (1..Q).map(|i| vector(C[i]) * leaving[i]).sum();
-                let fill = if interface { self.own[(FILL, cell)].to_f64().clamp(0.0, 1.0) } else { 1.0 };
+                let fill = if interface { fill[(0, cell)].to_f64().clamp(0.0, 1.0) } else { 1.0 };
                 let u = momentum / density - 0.5 * fill * gravity;
                 wall = sliding(
                     contact,

@@ -61,12 +61,12 @@ impl Kinds {
     }
 }
 
-/// Post-collision populations of a block, less their weights; and as the last number ([`FILL`]) the fill:
-/// mass over density of interface cells, 1 in liquid, 0 in air.
-pub(crate) type Field<T> = Values<T, { Q + 1 }>;
+/// Post-collision populations of a block, less their weights.
+pub(crate) type Field<T> = Values<T, Q>;
 
-/// Where a [`Field`] keeps the fill.
-pub(crate) const FILL: usize = Q;
+/// Fill of a block's cells: mass over density of interface cells, 1 in liquid, 0 in air. (Few need it, but these need it of 27 cells:
+/// among the populations each would lie in a cache line of its own.)
+pub(crate) type Fill<T> = Values<T, 1>;
 
 /// The surface in the interface cells of a block (module `plane`): their velocity and the wet shares of their six
 /// faces (in the order of the velocities 1 to 6).
@@ -96,6 +96,8 @@ pub(crate) struct Grid<T: Real> {
     pub(crate) front: Vec<Box<Field<T>>>,
     /// Populations to write.
     pub(crate) back: Vec<Box<Field<T>>>,
+    /// Fill of the cells after the last step.
+    pub(crate) fills: Vec<Box<Fill<T>>>,
     /// Shape of the surface as the next step sees it.
     pub(crate) shape: Vec<Box<Shape<T>>>,
     /// Mass of interface cells; in liquid cells at sliding walls, their store (module `contact`).
@@ -119,6 +121,7 @@ impl<T: Real> Grid<T> {
             kinds: Vec::new(),
             front: Vec::new(),
             back: Vec::new(),
+            fills: Vec::new(),
             shape: Vec::new(),
             mass: Vec::new(),
             stale: Vec::new(),
@@ -145,6 +148,7 @@ impl<T: Real> Grid<T> {
         self.kinds.push([Kinds::default(); ROWS]);
         self.front.push(bytemuck::allocation::zeroed_box());
         self.back.push(bytemuck::allocation::zeroed_box());
+        self.fills.push(bytemuck::allocation::zeroed_box());
         self.shape.push(bytemuck::allocation::zeroed_box());
         self.mass.push(bytemuck::allocation::zeroed_box());
         self.stale.push(false);
@@ -191,7 +195,7 @@ impl<T: Real> Grid<T> {
             *kinds = Kinds { solid: !lanes, ..Kinds::default() };
         }
         *self.front[slot] = bytemuck::Zeroable::zeroed();
-        *self.back[slot] = bytemuck::Zeroable::zeroed();
+        *self.fills[slot] = bytemuck::Zeroable::zeroed();
         *self.mass[slot] = [0.0; CELLS];
         self.links[slot].steps = [0, 1, 2].map(|a| self.topology.steps(place[a], a));
         self.links[slot].last = last[0] as u8;
@@ -281,7 +285,7 @@ impl<T: Real> Grid<T> {
     /// Fills the blocks with saved values, in the order of their slots; the name of what does not fit otherwise.
     pub(crate) fn load(&mut self, fields: &[T], mass: &[f64], kinds: &[u8]) -> Result<(), &'static str> {
         let slots: Vec<usize> = self.slots().collect();
-        let per_block = (Q + 1) * CELLS;
+        let (populations, per_block) = (Q * CELLS, (Q + 1) * CELLS);
         let per_kinds = ROWS * size_of::<Kinds>();
         for (name, length, expected) in [
             ("fields", fields.len(), slots.len() * per_block),
@@ -293,11 +297,13 @@ impl<T: Real> Grid<T> {
             }
         }
         for (n, &slot) in slots.iter().enumerate() {
-            let field = &mut self.front[slot];
-            for (at, value) in fields[n * per_block..][..per_block].iter().enumerate() {
-                field[(at / CELLS, at % CELLS)] = *value;
+            let (field, fill) = fields[n * per_block..][..per_block].split_at(populations);
+            for (at, value) in field.iter().enumerate() {
+                self.front[slot][(at / CELLS, at % CELLS)] = *value;
             }
-            self.back[slot].copy(FILL, field);
+            for (cell, value) in fill.iter().enumerate() {
+                self.fills[slot][(0, cell)] = *value;
+            }
             self.mass[slot].copy_from_slice(&mass[n * CELLS..][..CELLS]);
             bytemuck::cast_slice_mut(&mut self.kinds[slot])
                 .copy_from_slice(&kinds[n * per_kinds..][..per_kinds]);
@@ -315,6 +321,7 @@ impl<T: Real> Grid<T> {
     /// Memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let block = 2 * size_of::<Field<T>>()
+            + size_of::<Fill<T>>()
             + size_of::<Shape<T>>()
             + size_of::<[f64; CELLS]>()
             + size_of::<[Kinds; ROWS]>()

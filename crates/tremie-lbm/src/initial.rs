@@ -5,7 +5,7 @@ use tremie_geometry::share;
 use tremie_numerics::DVec3;
 
 use crate::collision::equilibrium;
-use crate::grid::{FILL, Grid};
+use crate::grid::Grid;
 use crate::lattice::{C, Q};
 use crate::plan::confined_gravity;
 use crate::real::Real;
@@ -24,9 +24,6 @@ impl<T: Real> Grid<T> {
         for &slot in &slots {
             self.classify(slot);
         }
-        for &slot in &slots {
-            self.back[slot].copy(FILL, &self.front[slot]);
-        }
         self.count_wet();
         let gravity = (case.domain.gravity.to_array()).map(|g| scaling.acceleration(g));
         let depth = self.depths(case);
@@ -38,7 +35,7 @@ impl<T: Real> Grid<T> {
                 if kinds.wet() & bit == 0 {
                     continue;
                 }
-                let fill = self.front[slot][(FILL, cell)].to_f64();
+                let fill = self.fills[slot][(0, cell)].to_f64();
                 // d rho / dz = 3 g rho integrates to this.
                 let excess = (3.0 * scaling.acceleration(pressure) * depth[slot][cell]).exp_m1();
                 let centre = centre(case, scaling.cell_size, self.links[slot].coordinates(cell));
@@ -79,7 +76,7 @@ impl<T: Real> Grid<T> {
             if fills.iter().any(|fill| *fill > 0.0) {
                 let slot = self.allocate(place);
                 for (cell, fill) in fills.into_iter().enumerate() {
-                    self.front[slot][(FILL, cell)] = T::from_f64(fill);
+                    self.fills[slot][(0, cell)] = T::from_f64(fill);
                 }
             }
         }
@@ -103,14 +100,14 @@ impl<T: Real> Grid<T> {
     fn classify(&mut self, slot: usize) {
         for cell in 0..CELLS {
             let full = |fill: T| fill.to_f64() >= FULL;
-            let fill = self.front[slot][(FILL, cell)];
+            let fill = self.fills[slot][(0, cell)];
             if fill <= T::ZERO {
                 continue;
             }
             let beside_air = (1..Q).any(|i| {
                 let (beside, at, _) = self.links[slot].cell(cell, C[i]);
                 let solid = self.kinds[beside as usize][at / EDGE].solid >> (at % EDGE) & 1 == 1;
-                !solid && self.front[beside as usize][(FILL, at)] <= T::ZERO
+                !solid && self.fills[beside as usize][(0, at)] <= T::ZERO
             });
             let bit = 1u8 << (cell % EDGE);
             let kinds = &mut self.kinds[slot][cell / EDGE];
@@ -137,7 +134,7 @@ impl<T: Real> Grid<T> {
             let slot = self.slot_at(at) as usize;
             let cell = at[0] % EDGE + EDGE * (at[1] % EDGE + EDGE * (at[2] % EDGE));
             let solid = self.kinds[slot][cell / EDGE].immersed >> (cell % EDGE) & 1 == 1;
-            (slot, cell, self.front[slot][(FILL, cell)].to_f64(), solid)
+            (slot, cell, self.fills[slot][(0, cell)].to_f64(), solid)
         };
         let mut level = f64::INFINITY;
         if self.solids.any() {

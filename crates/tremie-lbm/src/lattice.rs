@@ -84,6 +84,17 @@ macro_rules! each_pair {
 }
 pub(crate) use each_pair;
 
+/// Runs a block once for each velocity along an axis, 1 to 6, with its number as a constant.
+macro_rules! each_face {
+    ($i:ident, $body:block) => {
+        each_face!(@ $i, $body, 1 2 3 4 5 6)
+    };
+    (@ $i:ident, $body:block, $($number:literal)*) => {
+        $({ const $i: usize = $number; $body })*
+    };
+}
+pub(crate) use each_face;
+
 #[cfg(test)]
 mod tests {
     use super::*;

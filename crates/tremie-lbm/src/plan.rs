@@ -12,7 +12,7 @@ fn bytes_per_cell(precision: Precision) -> f64 {
         Precision::F32 => 4.0,
         Precision::F64 => 8.0,
     };
-    (2.0 * 20.0 + 10.0) * real + 8.0 + 3.0 / 8.0
+    (2.0 * 19.0 + 10.0) * real + 8.0 + 3.0 / 8.0
 }
 
 /// The numbers of a run.

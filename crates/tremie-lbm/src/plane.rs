@@ -18,12 +18,12 @@
 //! sideways meanwhile. Both are met to second order by the wet share of the slab's middle, the plane moved on by half a
 //! step along the face: a share of an area, with squares in place of cubes.
 
-use crate::grid::{FILL, SHARE, Shape, VELOCITY};
+use crate::grid::{SHARE, Shape, VELOCITY};
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, Q, each_pair};
 use crate::real::{Number, Real, larger, smaller};
 use crate::rows::SurfaceRow;
-use crate::source::Source;
+use crate::source::{Fills, Source};
 use crate::topology::ROWS;
 
 /// The 27 cells around (and with) a cell, x fastest.
@@ -177,7 +177,12 @@ fn shares<T: Real>(normal: [Lanes<T>; 3], fill: Lanes<T>, velocity: [Lanes<T>; 3
 
 /// Velocity of the cells of a row before their populations move.
 #[inline(always)]
-fn velocities<T: Real>(source: &Source<'_, T>, first: usize, gravity: [T; 3]) -> [Lanes<T>; 3] {
+fn velocities<T: Real>(
+    source: &Source<'_, T>,
+    fill: Lanes<T>,
+    first: usize,
+    gravity: [T; 3],
+) -> [Lanes<T>; 3] {
     let load = |i: usize| source.own(i, first);
     let all = Lanes::<T>::from_f64;
     let (zero, one) = (all(0.0), all(1.0));
@@ -197,7 +202,7 @@ fn velocities<T: Real>(source: &Source<'_, T>, first: usize, gravity: [T; 3]) ->
     });
     let inverse = one / (one + excess);
     // Half of the force that the collision gave, weighed by the fill as there.
-    let half = Lanes::from_f64(0.5) * smaller(over(load(FILL)), one);
+    let half = Lanes::from_f64(0.5) * smaller(over(fill), one);
     let mut u = [zero; 3];
     for axis in 0..3 {
         u[axis] = j[axis] * inverse - half * Lanes::splat(gravity[axis]);
@@ -207,11 +212,13 @@ fn velocities<T: Real>(source: &Source<'_, T>, first: usize, gravity: [T; 3]) ->
 
 /// The fills around the cells of a row; beyond a wall the surface goes on mirrored.
 #[inline(always)]
-fn fills<T: Real>(source: &Source<'_, T>, row: &SurfaceRow) -> Around<T> {
+fn around<T: Real>(fills: &Fills<'_, T>, row: &SurfaceRow) -> Around<T> {
     let mut fill = [Lanes::from_f64(0.0); 27];
-    for (n, fill) in fill.iter_mut().enumerate() {
-        let c = [n % 3, n / 3 % 3, n / 9].map(|at| 1 - at as i32);
-        *fill = source.fill(&row.beside, c);
+    for (n, fill) in fill.chunks_exact_mut(3).enumerate() {
+        let [y, z] = [n % 3, n / 3].map(|at| 1 - at as i32);
+        for x in 0..3 {
+            fill[x] = fills.pull(&row.beside, [1 - x as i32, y, z], 0);
+        }
     }
     if row.any_solid == 0 {
         return fill;
@@ -238,16 +245,17 @@ fn fills<T: Real>(source: &Source<'_, T>, row: &SurfaceRow) -> Around<T> {
 #[inline(always)]
 pub(crate) fn reconstruct<T: Real>(
     source: &Source<'_, T>,
+    fills: &Fills<'_, T>,
     row: &SurfaceRow,
     gravity: [T; 3],
     shape: &mut Shape<T>,
 ) {
     let first = (usize::from(row.row) & (ROWS - 1)) * LANES;
-    let velocity = velocities(source, first, gravity);
+    let velocity = velocities(source, fills.own.lanes(0, first), first, gravity);
     for axis in 0..3 {
         shape.put(VELOCITY + axis, first, velocity[axis]);
     }
-    let fill = fills(source, row);
+    let fill = around(fills, row);
     let shares = shares(normal(&fill), fill[13], velocity);
     for face in 0..6 {
         shape.put(SHARE + face, first, shares[face]);

@@ -331,12 +331,12 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             // the same moment of the same run gives the same file.
             let kinds_of = &self.grid.kinds[slot];
             let field = &self.grid.front[slot];
-            for number in 0..=Q {
-                fields.extend((0..CELLS).map(|cell| {
-                    let wet = kinds_of[cell / EDGE].wet() >> (cell % EDGE) & 1 == 1;
-                    if wet { field[(number, cell)] } else { T::ZERO }
-                }));
+            let wet = |cell: usize| kinds_of[cell / EDGE].wet() >> (cell % EDGE) & 1 == 1;
+            for number in 0..Q {
+                fields.extend((0..CELLS).map(|cell| if wet(cell) { field[(number, cell)] } else { T::ZERO }));
             }
+            let fill = &self.grid.fills[slot];
+            fields.extend((0..CELLS).map(|cell| if wet(cell) { fill[(0, cell)] } else { T::ZERO }));
             mass.extend_from_slice(&*self.grid.mass[slot]);
             kinds.extend_from_slice(cast_slice(&self.grid.kinds[slot]));
         }

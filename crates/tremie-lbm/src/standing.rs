@@ -15,7 +15,7 @@
 use rayon::prelude::*;
 
 use crate::collision::density_and_momentum;
-use crate::grid::{FILL, Grid};
+use crate::grid::{Fill, Grid};
 use crate::lattice::{C, Q, W};
 use crate::real::Real;
 use crate::topology::{CELLS, EDGE};
@@ -61,7 +61,7 @@ impl Braking {
 
 /// The surface as it was.
 pub(crate) struct Held<T> {
-    fill: Vec<[T; CELLS]>,
+    fills: Vec<Box<Fill<T>>>,
     mass: Vec<[f64; CELLS]>,
 }
 
@@ -73,8 +73,7 @@ impl<T: Real> Grid<T> {
 
     /// The surface, to hold it.
     pub(crate) fn held(&self) -> Held<T> {
-        let fill = self.front.iter().map(|field| std::array::from_fn(|cell| field[(FILL, cell)])).collect();
-        Held { fill, mass: self.mass.iter().map(|mass| **mass).collect() }
+        Held { fills: self.fills.clone(), mass: self.mass.iter().map(|mass| **mass).collect() }
     }
 
     /// Puts the masses of the surface back, and takes away a share of the velocity.
@@ -105,9 +104,8 @@ impl<T: Real> Grid<T> {
     /// Gives the surface cells the fill they had, at their present density.
     pub(crate) fn put_back(&mut self, held: &Held<T>) {
         for (slot, cell) in self.interface_cells().collect::<Vec<_>>() {
-            let fill = held.fill[slot][cell];
-            self.front[slot][(FILL, cell)] = fill;
-            self.back[slot][(FILL, cell)] = fill;
+            let fill = held.fills[slot][(0, cell)];
+            self.fills[slot][(0, cell)] = fill;
             self.mass[slot][cell] = fill.to_f64() * (1.0 + self.excess_density(slot, cell));
         }
     }

@@ -20,16 +20,17 @@ use tremie_numerics::DVec3;
 use crate::ahead::Ahead;
 use crate::collision::{COMPONENT, Held, LEAST_RESISTANCE, Moments, collide, moments, rescale};
 use crate::contact::Exchange;
-use crate::grid::{FILL, Field, Grid, Kinds, SHARE, Shape, VELOCITY};
+use crate::grid::{Field, Fill, Grid, Kinds, SHARE, Shape, VELOCITY};
 use crate::lanes::{LANES, Lanes, bits};
 use crate::lattice::{C, Q, W, each_pair, opposite};
 use crate::plane::reconstruct;
 use crate::real::{Number, Real, by_axis, larger};
 use crate::relaxation::{Law, Relaxation};
-use crate::rows::{Rows, SurfaceRow};
-use crate::source::{Source, Surroundings};
+use crate::rows::{BulkRow, Rows, SurfaceRow};
+use crate::source::{Fills, Shapes, Source};
 use crate::topology::{CELLS, ROWS};
 use crate::transport::gains;
+use crate::values::written;
 use crate::wall::{FACES, SLANTED, tangents, wall_velocity};
 
 /// Fill above which an interface cell becomes liquid, and below which it becomes air.
@@ -50,6 +51,9 @@ const THIN: f64 = 0.9;
 
 /// Densities between which a cell counts as sound.
 const SOUND: [f64; 2] = [0.5, 2.0];
+
+/// Bytes of populations from which on they are more than a processor's caches hold from one step to the next.
+const CACHES: usize = 64 << 20;
 
 /// What drives the fluid and resists, in lattice units.
 #[derive(Debug, Clone, Copy)]
@@ -95,6 +99,19 @@ impl Default for Findings {
 /// Populations of a row.
 type Populations<T> = [Lanes<T>; Q];
 
+/// The values of a block that a step writes.
+struct Block<'a, T> {
+    back: &'a mut Field<T>,
+    fill: &'a mut Fill<T>,
+    mass: &'a mut [f64; CELLS],
+}
+
+impl<T> From<[Lanes<T>; 2]> for Held<Lanes<T>> {
+    fn from([mass, least]: [Lanes<T>; 2]) -> Self {
+        Self::Partly { mass, least }
+    }
+}
+
 impl<T: Real> Held<Lanes<T>> {
     /// That of one cell.
     fn of(self, lane: usize) -> Held<T> {
@@ -114,7 +131,7 @@ fn first_of(row: u8) -> usize {
 impl<'a, T: Real> Source<'a, T> {
     /// Makes up what should come from the air.
     #[inline(always)]
-    fn meet_air(&self, around: &SurfaceRow, surface: &Surroundings<'_, T>, f: &mut [Lanes<T>; Q]) {
+    fn meet_air(&self, around: &SurfaceRow, surface: &Shapes<'_, T>, f: &mut [Lanes<T>; Q]) {
         let first = first_of(around.row);
         // The gas has density 1 and moves with the fluid.
         let u = by_axis(|axis| surface.own.lanes(VELOCITY + axis, first));
@@ -203,18 +220,19 @@ impl<'a, T: Real> Source<'a, T> {
         }
     }
 
-    /// Makes the populations that arrived in a surface row ready to collide; `mass` is that of the block's cells, `exchange` what the row
-    /// has to do with solids. How much the cells hold, and what mass they gain in this step.
+    /// Makes the populations that arrived in a surface row ready to collide; `fill` and `mass` are those of the block's cells, `exchange`
+    /// what the row has to do with solids. What the cells hold ([`Held::Partly`]), and what mass they gain in this step.
     #[inline(always)]
     fn surface<R: Law<T>>(
         &self,
-        surface: &Surroundings<'_, T>,
+        surface: &Shapes<'_, T>,
         row: &SurfaceRow,
         physics: &Physics<T, R>,
         f: &mut Populations<T>,
+        fill: &Fill<T>,
         mass: &mut [f64; CELLS],
         exchange: &mut Exchange,
-    ) -> (Held<Lanes<T>>, [f64; LANES]) {
+    ) -> ([Lanes<T>; 2], [f64; LANES]) {
         let first = first_of(row.row);
         let contacts = if row.any_immersed == 0 { [None; LANES] } else { self.contacts(row, first) };
         let slides = bits(|k| contacts[k].is_some_and(|c| c.slides));
@@ -242,9 +260,9 @@ impl<'a, T: Real> Source<'a, T> {
         if row.any_solid != 0 {
             self.meet_walls(row, f);
         }
-        let held = Held::Partly { mass: held, least };
+        let held = [held, least];
         if row.any_immersed != 0 {
-            self.meet_solids(row, first, &contacts, physics.gravity, f, mass, exchange);
+            self.meet_solids(row, first, &contacts, physics.gravity, fill, f, mass, exchange);
         }
         let wet = row.kinds.wet();
         if wet != 0xff {
@@ -253,7 +271,7 @@ impl<'a, T: Real> Source<'a, T> {
             }
         }
         if !Relaxation::<T>::is_newtonian(&physics.law) {
-            self.yield_at_walls(row, physics, held, slides, f);
+            self.yield_at_walls(row, physics, held.into(), slides, f);
         }
         if row.any_immersed != 0 && !exchange.loads.is_empty() {
             self.load_solids(row, first, &contacts, f, &mut exchange.loads);
@@ -262,30 +280,74 @@ impl<'a, T: Real> Source<'a, T> {
     }
 }
 
-/// [`rescale`] for a row: few steps do it, and it is not worth a copy in every kernel.
+/// [`rescale`] for a row; the density too. Few steps do it, and it is not worth a copy in every kernel.
 #[inline(never)]
 fn rescale_row<T: Real, R: Law<T>>(
     f: &Populations<T>,
     held: Held<Lanes<T>>,
-    gravity: [Lanes<T>; 3],
-    law: &R,
-    factor: Lanes<T>,
-) -> (Populations<T>, Lanes<T>) {
-    rescale(f, held, gravity, law, factor)
+    physics: &Physics<T, R>,
+    factor: T,
+    to: &mut [[T; LANES]; Q],
+) -> Lanes<T> {
+    let gravity = by_axis(|a| Lanes::splat(physics.gravity[a]));
+    let (post, density) = rescale(f, held, gravity, &physics.law, Lanes::splat(factor));
+    for i in 0..Q {
+        to[i] = post[i].0;
+    }
+    density
 }
 
-/// Collides the cells of a row; the density too.
+/// Populations of two rows beside each other: sixteen numbers are one vector, where processors have such.
+#[derive(Clone, Copy, bytemuck::Zeroable)]
+#[repr(C, align(64))]
+struct Pair<T>([[[T; LANES]; 2]; Q]);
+
+/// Collides the cells of two rows that hold nothing but fluid; the densities too. (A function of its own, in which it is plain that nothing
+/// read is written: only then are all cells done in one run.)
 #[inline(always)]
-fn collide_cells<T: Real, R: Law<T>>(
-    f: &Populations<T>,
-    held: Held<Lanes<T>>,
-    cell: impl Fn(usize) -> Held<T>,
+fn collide_pair<T: Real, R: Law<T>>(
+    f: &Pair<T>,
     physics: &Physics<T, R>,
-    to: &mut [[T; LANES]; Q + 1],
-    density: &mut Lanes<T>,
+    to: &mut Pair<T>,
+    density: &mut [[T; LANES]; 2],
 ) {
     if <R as Relaxation<T>>::BY_ROW {
         let gravity = by_axis(|a| Lanes::splat(physics.gravity[a]));
+        let least_odd = Lanes::splat(physics.least_odd);
+        for half in 0..2 {
+            let f: Populations<T> = std::array::from_fn(|i| Lanes(f.0[i][half]));
+            let (post, own) = collide(&f, Held::Whole, gravity, &physics.law, least_odd);
+            for i in 0..Q {
+                to.0[i][half] = post[i].0;
+            }
+            density[half] = own.0;
+        }
+        return;
+    }
+    // One by one, of which the compiler makes one run over all sixteen.
+    for k in 0..2 * LANES {
+        let f: [T; Q] = std::array::from_fn(|i| f.0[i].as_flattened()[k]);
+        let (post, own) = collide(&f, Held::Whole, physics.gravity, &physics.law, physics.least_odd);
+        for i in 0..Q {
+            to.0[i].as_flattened_mut()[k] = post[i];
+        }
+        density.as_flattened_mut()[k] = own;
+    }
+}
+
+/// The same for one row, of cells that are held in part.
+#[inline(always)]
+fn collide_partly<T: Real, R: Law<T>>(
+    f: &Populations<T>,
+    held: &[Lanes<T>; 2],
+    physics: &Physics<T, R>,
+    to: &mut [[T; LANES]; Q],
+    density: &mut Lanes<T>,
+) {
+    let [mass, least] = *held;
+    if <R as Relaxation<T>>::BY_ROW {
+        let gravity = by_axis(|a| Lanes::splat(physics.gravity[a]));
+        let held = Held::Partly { mass, least };
         let (post, own) = collide(f, held, gravity, &physics.law, Lanes::splat(physics.least_odd));
         for i in 0..Q {
             to[i] = post[i].0;
@@ -293,10 +355,10 @@ fn collide_cells<T: Real, R: Law<T>>(
         *density = own;
         return;
     }
-    // One by one, of which the compiler makes one run over all eight.
     for k in 0..LANES {
         let f: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
-        let (post, own) = collide(&f, cell(k), physics.gravity, &physics.law, physics.least_odd);
+        let held = Held::Partly { mass: mass.0[k], least: least.0[k] };
+        let (post, own) = collide(&f, held, physics.gravity, &physics.law, physics.least_odd);
         for i in 0..Q {
             to[i][k] = post[i];
         }
@@ -304,68 +366,42 @@ fn collide_cells<T: Real, R: Law<T>>(
     }
 }
 
-/// [`collide_cells`] for whole cells. (Functions of their own, in which it is plain that nothing read is written: only
-/// then are the eight cells done in one run.)
+/// Notes a cell of a row that is no longer sound.
 #[inline(always)]
-fn collide_whole<T: Real, R: Law<T>>(
-    f: &Populations<T>,
-    physics: &Physics<T, R>,
-    to: &mut [[T; LANES]; Q + 1],
-    density: &mut Lanes<T>,
-) {
-    collide_cells(f, Held::Whole, |_| Held::Whole, physics, to, density);
-}
-
-/// [`collide_cells`] for cells of which some are held in part.
-#[inline(always)]
-fn collide_partly<T: Real, R: Law<T>>(
-    f: &Populations<T>,
-    held: &[Lanes<T>; 2],
-    physics: &Physics<T, R>,
-    to: &mut [[T; LANES]; Q + 1],
-    density: &mut Lanes<T>,
-) {
-    let [mass, least] = *held;
-    let cell = |k: usize| Held::Partly { mass: held[0].0[k], least: held[1].0[k] };
-    collide_cells(f, Held::Partly { mass, least }, cell, physics, to, density);
-}
-
-/// Collides a row, writes it back, and notes a cell that is no longer sound. Returns the density.
-#[inline(always)]
-fn collide_row<T: Real, R: Law<T>>(
-    f: &Populations<T>,
-    held: Held<Lanes<T>>,
-    row: u8,
-    physics: &Physics<T, R>,
-    change: Option<T>,
-    back: &mut Field<T>,
-    findings: &mut Findings,
-) -> Lanes<T> {
-    let first = first_of(row);
-    let to = back.row_mut(usize::from(row));
-    let mut density = Lanes::ONE;
-    match change {
-        None => match held {
-            Held::Whole => collide_whole_here(f, physics, to, &mut density),
-            Held::Partly { mass, least } => {
-                collide_partly_here(f, &[mass, least], physics, to, &mut density);
-            }
-        },
-        Some(factor) => {
-            let gravity = by_axis(|a| Lanes::splat(physics.gravity[a]));
-            let (post, own) = rescale_row(f, held, gravity, &physics.law, Lanes::splat(factor));
-            for i in 0..Q {
-                to[i] = post[i].0;
-            }
-            density = own;
-        }
-    }
+fn look_over<T: Real>(row: u8, density: Lanes<T>, findings: &mut Findings) {
     let (low, high) = (T::from_f64(SOUND[0]), T::from_f64(SOUND[1]));
     if bits(|k| density.0[k] > low) & bits(|k| density.0[k] < high) != 0xff {
         let sound = |k: &usize| density.0[*k] > low && density.0[*k] < high;
-        findings.broken = findings.broken.or((0..LANES).find(|k| !sound(k)).map(|k| first + k));
+        let unsound = (0..LANES).find(|k| !sound(k));
+        findings.broken = findings.broken.or(unsound.map(|k| first_of(row) + k));
     }
-    density
+}
+
+/// Streams and collides the bulk rows of a block.
+#[inline(always)]
+fn step_bulk<T: Real, R: Law<T>>(
+    source: &Source<'_, T>,
+    rows: &[BulkRow],
+    ahead: &Ahead<'_, T>,
+    physics: &Physics<T, R>,
+    past_caches: bool,
+    back: &mut Field<T>,
+    findings: &mut Findings,
+) {
+    let (mut f, mut to): (Pair<T>, Pair<T>) = (bytemuck::Zeroable::zeroed(), bytemuck::Zeroable::zeroed());
+    for (n, pair) in rows.chunks(2).enumerate() {
+        for (half, row) in pair.iter().enumerate() {
+            ahead.ask(2 * n + half);
+            source.arrive(&row.beside, &mut f.0, half);
+        }
+        let mut density = [[T::ONE; LANES]; 2];
+        collide_pair_here(&f, physics, &mut to, &mut density);
+        for (half, row) in pair.iter().enumerate() {
+            let post = |i: usize| to.0[i][half];
+            back.put_row(usize::from(row.row), post, past_caches);
+            look_over(row.row, Lanes(density[half]), findings);
+        }
+    }
 }
 
 /// New fill of the interface cells of a row, and which of them want to become liquid or air.
@@ -375,7 +411,7 @@ fn judge<T: Real>(
     gain: &[f64; LANES],
     density: Lanes<T>,
     mass: &[f64; CELLS],
-    back: &mut Field<T>,
+    to: &mut Fill<T>,
     findings: &mut Findings,
 ) {
     let row = usize::from(around.row) & (ROWS - 1);
@@ -389,7 +425,7 @@ fn judge<T: Real>(
     let rising = bits(|k| fill[k] > 1.0 - NEAR) & bits(|k| gain[k] > NEAR / SOON);
     let falling = bits(|k| fill[k] < NEAR) & bits(|k| gain[k] < -NEAR / SOON);
     let other = Lanes::ONE.only(around.kinds.liquid);
-    back.put(FILL, first, Lanes::choose(interface, stored, other));
+    to.put(0, first, Lanes::choose(interface, stored, other));
     let below = |limit: f64| bits(|k| fill[k] < limit);
     let above = |limit: f64| bits(|k| fill[k] > limit);
     let closed = !(around.any_air | around.any_interface | around.any_immersed);
@@ -431,46 +467,75 @@ fn reach<T: Real>(around: &SurfaceRow, fill: Lanes<T>, shape: &Shape<T>, finding
 #[inline(always)]
 fn step_block<T: Real, R: Law<T>>(
     source: &Source<'_, T>,
-    surface: &Surroundings<'_, T>,
+    surface: &Shapes<'_, T>,
     rows: &Rows,
     ahead: &Ahead<'_, T>,
     physics: &Physics<T, R>,
     change: Option<T>,
-    back: &mut Field<T>,
-    mass: &mut [f64; CELLS],
+    past_caches: bool,
+    block: &mut Block<'_, T>,
     findings: &mut Findings,
 ) {
-    for (n, row) in rows.bulk.iter().enumerate() {
-        ahead.ask(n);
-        let f = source.arriving(&row.beside);
-        collide_row(&f, Held::Whole, row.row, physics, change, back, findings);
+    let Block { back, fill, mass } = block;
+    match change {
+        None => step_bulk(source, &rows.bulk, ahead, physics, past_caches, back, findings),
+        Some(factor) => {
+            for row in &rows.bulk {
+                let f = source.arriving(&row.beside);
+                let to = back.row_mut(usize::from(row.row));
+                let density = rescale_row(&f, Held::Whole, physics, factor, to);
+                look_over(row.row, density, findings);
+            }
+        }
     }
     for (n, row) in rows.surface.iter().enumerate() {
         ahead.ask(rows.bulk.len() + n);
         let mut f = source.arriving(&row.beside);
-        let (held, gain) = source.surface(surface, row, physics, &mut f, mass, &mut findings.exchange);
-        let density = collide_row(&f, held, row.row, physics, change, back, findings);
+        let (held, gain) = source.surface(surface, row, physics, &mut f, fill, mass, &mut findings.exchange);
+        let to = back.row_mut(usize::from(row.row));
+        let mut density = Lanes::ONE;
+        match change {
+            None => collide_partly_here(&f, &held, physics, to, &mut density),
+            Some(factor) => density = rescale_row(&f, held.into(), physics, factor, to),
+        }
+        look_over(row.row, density, findings);
         if row.kinds.interface == 0 {
             continue;
         }
-        judge(row, &gain, density, mass, back, findings);
+        judge(row, &gain, density, mass, fill, findings);
         if row.any_solid & row.any_air != 0 {
-            reach(row, back.lanes(FILL, first_of(row.row)), surface.own, findings);
+            reach(row, fill.lanes(0, first_of(row.row)), surface.own, findings);
         }
     }
     ahead.ask_rest(rows.bulk.len() + rows.surface.len());
+    if past_caches {
+        written();
+    }
 }
 
 /// Finds the surface in all interface cells of a block.
 #[inline(always)]
-fn reconstruct_block<T: Real>(source: &Source<'_, T>, rows: &Rows, gravity: [T; 3], shape: &mut Shape<T>) {
+fn reconstruct_block<T: Real>(
+    source: &Source<'_, T>,
+    fills: &Fills<'_, T>,
+    rows: &Rows,
+    gravity: [T; 3],
+    shape: &mut Shape<T>,
+) {
     for row in rows.surface.iter().filter(|row| row.kinds.interface != 0) {
-        reconstruct(source, row, gravity, shape);
+        reconstruct(source, fills, row, gravity, shape);
     }
 }
 
-/// Compiles a function again for processors with AVX2, and takes the form for the processor at hand. Both give the same
-/// bits: the same operations, only wider. (AVX-512 was tried and is no faster.)
+/// Compiles a function again for processors with AVX2 and with AVX-512, and takes the form for the processor at hand. All give the same
+/// bits: the same operations, only wider.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn has_avx512() -> bool {
+    use std::arch::is_x86_feature_detected as has;
+    has!("avx512f") && has!("avx512vl") && has!("avx512dq") && has!("avx512bw")
+}
+
 macro_rules! for_this_processor {
     ($(#[$doc:meta])* $name:ident = $plain:ident<$($g:ident: $bound:path),*>($($arg:ident: $type:ty),*)) => {
         $(#[$doc])*
@@ -483,6 +548,15 @@ macro_rules! for_this_processor {
                 fn avx2<$($g: $bound),*>($($arg: $type),*) {
                     $plain($($arg),*);
                 }
+                #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw")]
+                #[inline(never)]
+                fn avx512<$($g: $bound),*>($($arg: $type),*) {
+                    $plain($($arg),*);
+                }
+                if has_avx512() {
+                    // SAFETY: the processor was just asked whether it has them.
+                    return unsafe { avx512($($arg),*) };
+                }
                 if std::arch::is_x86_feature_detected!("avx2") {
                     // SAFETY: the processor was just asked whether it has AVX2.
                     return unsafe { avx2($($arg),*) };
@@ -494,12 +568,12 @@ macro_rules! for_this_processor {
 }
 
 for_this_processor! {
-    /// [`collide_whole`] for the processor at hand.
-    collide_whole_here = collide_whole<T: Real, R: Law<T>>(
-        f: &Populations<T>,
+    /// [`collide_pair`] for the processor at hand.
+    collide_pair_here = collide_pair<T: Real, R: Law<T>>(
+        f: &Pair<T>,
         physics: &Physics<T, R>,
-        to: &mut [[T; LANES]; Q + 1],
-        density: &mut Lanes<T>
+        to: &mut Pair<T>,
+        density: &mut [[T; LANES]; 2]
     )
 }
 
@@ -509,7 +583,7 @@ for_this_processor! {
         f: &Populations<T>,
         held: &[Lanes<T>; 2],
         physics: &Physics<T, R>,
-        to: &mut [[T; LANES]; Q + 1],
+        to: &mut [[T; LANES]; Q],
         density: &mut Lanes<T>
     )
 }
@@ -518,13 +592,13 @@ for_this_processor! {
     /// [`step_block`] for the processor at hand.
     step_block_here = step_block<T: Real, R: Law<T>>(
         source: &Source<'_, T>,
-        surface: &Surroundings<'_, T>,
+        surface: &Shapes<'_, T>,
         rows: &Rows,
         ahead: &Ahead<'_, T>,
         physics: &Physics<T, R>,
         change: Option<T>,
-        back: &mut Field<T>,
-        mass: &mut [f64; CELLS],
+        past_caches: bool,
+        block: &mut Block<'_, T>,
         findings: &mut Findings
     )
 }
@@ -533,6 +607,7 @@ for_this_processor! {
     /// [`reconstruct_block`] for the processor at hand.
     reconstruct_here = reconstruct_block<T: Real>(
         source: &Source<'_, T>,
+        fills: &Fills<'_, T>,
         rows: &Rows,
         gravity: [T; 3],
         shape: &mut Shape<T>
@@ -549,20 +624,22 @@ impl<T: Real> Grid<T> {
         findings: &mut Vec<Findings>,
     ) {
         findings.resize(self.len(), Findings::default());
-        let Self { topology, solids, links, front, back, shape, mass, .. } = self;
-        (back.par_iter_mut(), mass.par_iter_mut(), findings.par_iter_mut())
+        let past_caches = self.slots().count() * 2 * size_of::<Field<T>>() > CACHES;
+        let Self { topology, solids, links, front, back, fills, shape, mass, .. } = self;
+        (back.par_iter_mut(), fills.par_iter_mut(), mass.par_iter_mut(), findings.par_iter_mut())
             .into_par_iter()
             .enumerate()
             .skip(2)
-            .for_each(|(slot, (back, mass, findings))| {
+            .for_each(|(slot, (back, fill, mass, findings))| {
                 if findings.any {
                     *findings = Findings::default();
                 }
                 findings.exchange.swept = 0.0;
                 if !rows[slot].is_empty() {
                     let source = Source::new(topology, solids, &links[slot], front, slot);
-                    let surface = Surroundings::new(&links[slot], shape, slot);
+                    let surface = Shapes::new(&links[slot], shape, slot);
                     let ahead = Ahead::of(slot, rows, links, front, shape);
+                    let mut block = Block { back, fill, mass };
                     step_block_here(
                         &source,
                         &surface,
@@ -570,8 +647,8 @@ impl<T: Real> Grid<T> {
                         &ahead,
                         physics,
                         change,
-                        back,
-                        mass,
+                        past_caches,
+                        &mut block,
                         findings,
                     );
                 }
@@ -581,12 +658,13 @@ impl<T: Real> Grid<T> {
 
     /// Finds the shape of the surface, after cells have changed and before the next step.
     pub(crate) fn reconstruct(&mut self, rows: &[Rows], gravity: [T; 3]) {
-        let Self { topology, solids, links, front, shape, .. } = self;
+        let Self { topology, solids, links, front, fills, shape, .. } = self;
         (shape.par_iter_mut(), rows.par_iter()).into_par_iter().enumerate().skip(2).for_each(
             |(slot, (shape, rows))| {
                 if rows.surface.iter().any(|row| row.kinds.interface != 0) {
                     let source = Source::new(topology, solids, &links[slot], front, slot);
-                    reconstruct_here(&source, rows, gravity, shape);
+                    let fills = Fills::new(&links[slot], fills, slot);
+                    reconstruct_here(&source, &fills, rows, gravity, shape);
                 }
             },
         );
@@ -601,9 +679,10 @@ impl<T: Real> Grid<T> {
         physics: &Physics<T, R>,
         mut see: impl FnMut(usize, &Moments<T>, T),
     ) -> Vec<[DVec3; 2]> {
-        let Self { topology, solids, links, front, shape, .. } = self;
+        let Self { topology, solids, links, front, fills, shape, .. } = self;
+        let fill = &fills[slot];
         let source = Source::new(topology, solids, &links[slot], front, slot);
-        let surface = Surroundings::new(&links[slot], shape, slot);
+        let surface = Shapes::new(&links[slot], shape, slot);
         let mut mass = self.mass[slot].clone();
         let mut exchange = Exchange { swept: 0.0, loads: vec![[DVec3::ZERO; 2]; solids.count()] };
         let mut show = |f: &Populations<T>, held: Held<Lanes<T>>, row: u8, kinds: Kinds| {
@@ -619,8 +698,8 @@ impl<T: Real> Grid<T> {
         }
         for row in &rows.surface {
             let mut f = source.arriving(&row.beside);
-            let (held, _) = source.surface(&surface, row, physics, &mut f, &mut mass, &mut exchange);
-            show(&f, held, row.row, row.kinds);
+            let (held, _) = source.surface(&surface, row, physics, &mut f, fill, &mut mass, &mut exchange);
+            show(&f, held.into(), row.row, row.kinds);
         }
         exchange.loads
     }

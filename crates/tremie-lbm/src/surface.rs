@@ -16,7 +16,7 @@
 //!   freely; they are taken up by the nearest interface cell.
 
 use crate::collision::{density_and_momentum, equilibrium};
-use crate::grid::{FILL, Grid, Kinds};
+use crate::grid::{Grid, Kinds};
 use crate::lattice::{C, MIRROR, Q};
 use crate::real::Real;
 use crate::stream::Findings;
@@ -70,10 +70,7 @@ impl<T: Real> Grid<T> {
         self.wet = self.wet + usize::from(liquid || interface) - usize::from(before);
         kinds.liquid = kinds.liquid & !bit | if liquid { bit } else { 0 };
         kinds.interface = kinds.interface & !bit | if interface { bit } else { 0 };
-        // Only rows with interface write the fill, so that it must be right in both sets.
-        let fill = if liquid { T::ONE } else { T::ZERO };
-        self.front[slot][(FILL, cell)] = fill;
-        self.back[slot][(FILL, cell)] = fill;
+        self.fills[slot][(0, cell)] = if liquid { T::ONE } else { T::ZERO };
         self.touch(slot, cell);
     }
 
@@ -172,7 +169,7 @@ impl<T: Real> Grid<T> {
     pub(crate) fn set_interface(&mut self, cell: Cell, mass: f64, fill: T) {
         self.set_kind(cell, false, true);
         self.mass[cell.0][cell.1] = mass;
-        self.front[cell.0][(FILL, cell.1)] = fill;
+        self.fills[cell.0][(0, cell.1)] = fill;
     }
 
     /// Makes sure that blocks exist for all neighbours of a cell.
@@ -324,7 +321,7 @@ impl<T: Real> Grid<T> {
             .map(|slot| {
                 let liquid: u32 = self.kinds[slot].iter().map(|kinds| kinds.liquid.count_ones()).sum();
                 let held = (0..CELLS).filter(|cell| self.is_interface((slot, *cell)));
-                f64::from(liquid) + held.map(|cell| self.front[slot][(FILL, cell)].to_f64()).sum::<f64>()
+                f64::from(liquid) + held.map(|cell| self.fills[slot][(0, cell)].to_f64()).sum::<f64>()
             })
             .sum()
     }

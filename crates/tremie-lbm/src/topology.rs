@@ -51,7 +51,7 @@ pub(crate) struct Links {
     pub(crate) steps: [[Step; EDGE + 2]; 3],
     /// The last lane of a row that lies in the domain.
     pub(crate) last: u8,
-    /// Bits of the first lane of a row and of the last one that lies in the domain.
+    /// Bits of the lanes of a row that a cell of another row enters, from below and from above: the first lane, and the last one in the domain.
     pub(crate) ends: [u8; 2],
     /// Coordinates of the block.
     pub(crate) place: [u32; 3],
@@ -98,6 +98,14 @@ impl Links {
     #[inline(always)]
     pub(crate) fn after(&self) -> Step {
         self.steps[0][usize::from(self.last) + 2]
+    }
+
+    /// Whether all lanes of a row lie in the domain and what is beside its ends lies beyond its block: so it is in most blocks.
+    pub(crate) fn regular(&self) -> bool {
+        usize::from(self.last) == EDGE - 1
+            && self.before().block == 0
+            && self.after().block == 2
+            && usize::from(self.before().index) == EDGE - 1
     }
 
     /// Coordinates in the lattice of a cell of this block.

@@ -23,10 +23,10 @@
 
 use crate::grid::{SHARE, VELOCITY};
 use crate::lanes::{LANES, Lanes};
-use crate::lattice::{C, Q, opposite};
+use crate::lattice::{C, Q, each_face, opposite};
 use crate::real::{Number, Real};
 use crate::rows::SurfaceRow;
-use crate::source::{Source, Surroundings};
+use crate::source::{Shapes, Source};
 use crate::topology::ROWS;
 
 /// The velocity `c`.
@@ -87,7 +87,7 @@ const ACROSS: [[[usize; 2]; 4]; 7] = {
 #[inline(always)]
 pub(crate) fn gains<T: Real>(
     source: &Source<'_, T>,
-    surface: &Surroundings<'_, T>,
+    surface: &Shapes<'_, T>,
     row: &SurfaceRow,
     arriving: &[Lanes<T>; Q],
 ) -> [f64; LANES] {
@@ -111,33 +111,33 @@ pub(crate) fn gains<T: Real>(
         let net = arriving[i] - leaving;
         add((one.only(row.liquid[i]) + ways) * net);
     }
-    for i in 1..=6 {
+    each_face!(I, {
+        let i = I;
         let open = row.faces[i - 1];
-        if open == 0 {
-            continue;
-        }
-        let axis = (i - 1) / 2;
-        let mut u = [zero; 3];
-        for a in 0..3 {
-            let here = surface.own.lanes(VELOCITY + a, first);
-            u[a] = half * (here + surface.pull(&row.beside, C[i], VELOCITY + a));
-        }
-        let here = surface.own.lanes(SHARE + opposite(i) - 1, first);
-        let there = surface.pull(&row.beside, C[i], SHARE + i - 1);
-        let through = if i % 2 == 1 { u[axis] } else { -u[axis] };
-        let mut flux = Lanes::where_greater(through, zero, there, here) * through;
-        for n in 0..4 {
-            let [to_here, slanted] = ACROSS[i][n];
-            let (to_here, slanted) = (row.liquid[to_here] & open, row.liquid[slanted] & open);
-            if to_here | slanted == 0 {
-                continue;
+        if open != 0 {
+            let axis = (i - 1) / 2;
+            let mut u = [zero; 3];
+            for a in 0..3 {
+                let here = surface.own.lanes(VELOCITY + a, first);
+                u[a] = half * (here + surface.pull(&row.beside, const { C[I] }, VELOCITY + a));
             }
-            let along = u[(axis + 1 + n / 2) % 3];
-            let along = if n % 2 == 0 { along } else { -along };
-            flux -= twelfth * ((through + along).only(to_here) + (through - along).only(slanted));
+            let here = surface.own.lanes(SHARE + opposite(i) - 1, first);
+            let there = surface.pull(&row.beside, const { C[I] }, SHARE + i - 1);
+            let through = if i % 2 == 1 { u[axis] } else { -u[axis] };
+            let mut flux = Lanes::where_greater(through, zero, there, here) * through;
+            for n in 0..4 {
+                let [to_here, slanted] = ACROSS[i][n];
+                let (to_here, slanted) = (row.liquid[to_here] & open, row.liquid[slanted] & open);
+                if to_here | slanted == 0 {
+                    continue;
+                }
+                let along = u[(axis + 1 + n / 2) % 3];
+                let along = if n % 2 == 0 { along } else { -along };
+                flux -= twelfth * ((through + along).only(to_here) + (through - along).only(slanted));
+            }
+            add(flux.only(open));
         }
-        add(flux.only(open));
-    }
+    });
     for k in 0..LANES {
         if row.kinds.interface >> k & 1 == 0 {
             gain[k] = 0.0;

@@ -11,6 +11,17 @@ use std::ops::{Index, IndexMut};
 use crate::lanes::{LANES, Lanes};
 use crate::topology::ROWS;
 
+/// Makes what was written past the caches visible to other threads.
+#[inline(always)]
+#[allow(unsafe_code)]
+pub(crate) fn written() {
+    #[cfg(target_arch = "x86_64")]
+    // SAFETY: every x86-64 processor has this.
+    unsafe {
+        std::arch::x86_64::_mm_sfence();
+    }
+}
+
 /// N numbers for each cell of a block, by `[(number, cell)]` or eight at once.
 #[derive(Debug, Clone, Copy, bytemuck::Zeroable)]
 #[repr(C, align(64))]
@@ -27,6 +38,35 @@ impl<T, const N: usize> Values<T, N> {
     #[inline(always)]
     pub(crate) fn row_mut(&mut self, row: usize) -> &mut [[T; LANES]; N] {
         &mut self.0[row & (ROWS - 1)]
+    }
+
+    /// Writes all numbers of a row; past the caches if nobody will read them before these have been overwritten many times. (A write into
+    /// a cache first fetches from memory what it is about to replace.)
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    pub(crate) fn put_row(&mut self, row: usize, numbers: impl Fn(usize) -> [T; LANES], past_caches: bool)
+    where
+        T: bytemuck::Pod,
+    {
+        let to = self.row_mut(row);
+        #[cfg(target_arch = "x86_64")]
+        if past_caches {
+            use std::arch::x86_64::{__m128i, _mm_stream_si128};
+            for i in 0..N {
+                let numbers = numbers(i);
+                let from: &[__m128i] = bytemuck::cast_slice(&numbers);
+                let to: &mut [__m128i] = bytemuck::cast_slice_mut(&mut to[i]);
+                for (to, from) in to.iter_mut().zip(from) {
+                    // SAFETY: `to` is valid and aligned, being a reference; [`written`] is called before others read it.
+                    unsafe { _mm_stream_si128(to, *from) };
+                }
+            }
+            return;
+        }
+        let _ = past_caches;
+        for i in 0..N {
+            to[i] = numbers(i);
+        }
     }
 
     /// Asks the processor to fetch a row.
@@ -59,12 +99,17 @@ impl<T, const N: usize> Values<T, N> {
     where
         T: Copy,
     {
-        let all = self.row(row).as_flattened();
+        let run = |all: &[T], first: usize| {
+            let start = if up { first.checked_sub(1) } else { Some(first + 1) }?;
+            all.get(start..start + LANES)?.try_into().ok().map(Lanes)
+        };
+        // Most runs lie in the row, which is known when this is compiled. Those at its ends lie in the block.
         let first = LANES * number;
-        let run = if up { first.checked_sub(1) } else { Some(first + 1) };
-        match run.and_then(|start| all.get(start..start + LANES)?.try_into().ok()) {
-            Some(run) => Lanes(run),
-            // At the ends of the row there is no such run.
+        if let Some(run) = run(self.row(row).as_flattened(), first) {
+            return run;
+        }
+        match run(self.0.as_flattened().as_flattened(), LANES * N * (row & (ROWS - 1)) + first) {
+            Some(run) => run,
             None => {
                 let mut moved = self.row(row)[number];
                 moved.copy_within(if up { 0..LANES - 1 } else { 1..LANES }, usize::from(up));
@@ -77,16 +122,6 @@ impl<T, const N: usize> Values<T, N> {
     #[inline(always)]
     pub(crate) fn put(&mut self, number: usize, first: usize, lanes: Lanes<T>) {
         self.row_mut(first / LANES)[number] = lanes.0;
-    }
-
-    /// Copies one number of all cells.
-    pub(crate) fn copy(&mut self, number: usize, from: &Self)
-    where
-        T: Copy,
-    {
-        for (to, from) in self.0.iter_mut().zip(&from.0) {
-            to[number] = from[number];
-        }
     }
 }
 
@@ -103,5 +138,50 @@ impl<T, const N: usize> IndexMut<(usize, usize)> for Values<T, N> {
     #[inline(always)]
     fn index_mut(&mut self, (number, cell): (usize, usize)) -> &mut T {
         &mut self.0[cell / LANES][number][cell % LANES]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_past_the_caches_is_the_same_row() {
+        fn check<T: crate::real::Real + std::fmt::Debug>() {
+            let number = |i: usize| std::array::from_fn(|k| T::from_f64((100 * i + k) as f64));
+            let mut blocks: [Box<Values<T, 19>>; 2] =
+                [false, true].map(|_| bytemuck::allocation::zeroed_box());
+            for (block, past_caches) in blocks.iter_mut().zip([false, true]) {
+                for row in [0, 5, ROWS - 1] {
+                    block.put_row(row, number, past_caches);
+                }
+                written();
+            }
+            assert_eq!(blocks[0].0, blocks[1].0);
+            assert_eq!(blocks[1][(18, 8 * 5 + 7)], T::from_f64(1807.0));
+        }
+        check::<f32>();
+        check::<f64>();
+    }
+
+    #[test]
+    fn moving_along_by_a_lane() {
+        let mut block: Box<Values<f64, 2>> = bytemuck::allocation::zeroed_box();
+        for row in 0..ROWS {
+            for number in 0..2 {
+                block.put(
+                    number,
+                    LANES * row,
+                    Lanes(std::array::from_fn(|k| (100 * row + 10 * number + k) as f64)),
+                );
+            }
+        }
+        for row in [0, 1, ROWS - 1] {
+            for number in 0..2 {
+                let own = block.lanes(number, LANES * row).0;
+                assert_eq!(block.moved(number, row, true).0[1..], own[..LANES - 1]);
+                assert_eq!(block.moved(number, row, false).0[..LANES - 1], own[1..]);
+            }
+        }
     }
 }
