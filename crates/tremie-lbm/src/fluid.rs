@@ -11,8 +11,9 @@ use crate::real::Real;
 use crate::relaxation::Bingham;
 use crate::rows::Rows;
 use crate::scaling::Scaling;
-use crate::stream::{Findings, Physics};
+use crate::stream::Findings;
 use crate::tabulated::Tabulated;
+use crate::together::Physics;
 
 /// What drives the fluid and resists.
 #[derive(Debug, Clone)]

@@ -18,16 +18,18 @@ use rayon::prelude::*;
 use tremie_numerics::DVec3;
 
 use crate::ahead::Ahead;
-use crate::collision::{COMPONENT, Held, LEAST_RESISTANCE, Moments, collide, moments, rescale};
+use crate::collision::{COMPONENT, Held, LEAST_RESISTANCE, Moments, moments};
 use crate::contact::Exchange;
 use crate::grid::{Field, Fill, Grid, Kinds, SHARE, Shape, VELOCITY};
 use crate::lanes::{LANES, Lanes, bits};
 use crate::lattice::{C, Q, W, each_pair, opposite};
 use crate::plane::reconstruct;
+use crate::processor::for_this_processor;
 use crate::real::{Number, Real, by_axis, larger};
 use crate::relaxation::{Law, Relaxation};
 use crate::rows::{BulkRow, Rows, SurfaceRow};
 use crate::source::{Fills, Shapes, Source};
+use crate::together::{Pair, Physics, Populations, collide_pair_here, collide_partly_here, rescale_row};
 use crate::topology::{CELLS, ROWS};
 use crate::transport::gains;
 use crate::values::written;
@@ -54,17 +56,6 @@ const SOUND: [f64; 2] = [0.5, 2.0];
 
 /// Bytes of populations from which on they are more than a processor's caches hold from one step to the next.
 const CACHES: usize = 64 << 20;
-
-/// What drives the fluid and resists, in lattice units.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Physics<T, R> {
-    /// Acceleration.
-    pub(crate) gravity: [T; 3],
-    /// Flow curve.
-    pub(crate) law: R,
-    /// Least relaxation rate of the odd moments.
-    pub(crate) least_odd: T,
-}
 
 /// What a step found in a block.
 #[derive(Debug, Clone)]
@@ -96,20 +87,11 @@ impl Default for Findings {
     }
 }
 
-/// Populations of a row.
-type Populations<T> = [Lanes<T>; Q];
-
 /// The values of a block that a step writes.
 struct Block<'a, T> {
     back: &'a mut Field<T>,
     fill: &'a mut Fill<T>,
     mass: &'a mut [f64; CELLS],
-}
-
-impl<T> From<[Lanes<T>; 2]> for Held<Lanes<T>> {
-    fn from([mass, least]: [Lanes<T>; 2]) -> Self {
-        Self::Partly { mass, least }
-    }
 }
 
 impl<T: Real> Held<Lanes<T>> {
@@ -280,92 +262,6 @@ impl<'a, T: Real> Source<'a, T> {
     }
 }
 
-/// [`rescale`] for a row; the density too. Few steps do it, and it is not worth a copy in every kernel.
-#[inline(never)]
-fn rescale_row<T: Real, R: Law<T>>(
-    f: &Populations<T>,
-    held: Held<Lanes<T>>,
-    physics: &Physics<T, R>,
-    factor: T,
-    to: &mut [[T; LANES]; Q],
-) -> Lanes<T> {
-    let gravity = by_axis(|a| Lanes::splat(physics.gravity[a]));
-    let (post, density) = rescale(f, held, gravity, &physics.law, Lanes::splat(factor));
-    for i in 0..Q {
-        to[i] = post[i].0;
-    }
-    density
-}
-
-/// Populations of two rows beside each other: sixteen numbers are one vector, where processors have such.
-#[derive(Clone, Copy, bytemuck::Zeroable)]
-#[repr(C, align(64))]
-struct Pair<T>([[[T; LANES]; 2]; Q]);
-
-/// Collides the cells of two rows that hold nothing but fluid; the densities too. (A function of its own, in which it is plain that nothing
-/// read is written: only then are all cells done in one run.)
-#[inline(always)]
-fn collide_pair<T: Real, R: Law<T>>(
-    f: &Pair<T>,
-    physics: &Physics<T, R>,
-    to: &mut Pair<T>,
-    density: &mut [[T; LANES]; 2],
-) {
-    if <R as Relaxation<T>>::BY_ROW {
-        let gravity = by_axis(|a| Lanes::splat(physics.gravity[a]));
-        let least_odd = Lanes::splat(physics.least_odd);
-        for half in 0..2 {
-            let f: Populations<T> = std::array::from_fn(|i| Lanes(f.0[i][half]));
-            let (post, own) = collide(&f, Held::Whole, gravity, &physics.law, least_odd);
-            for i in 0..Q {
-                to.0[i][half] = post[i].0;
-            }
-            density[half] = own.0;
-        }
-        return;
-    }
-    // One by one, of which the compiler makes one run over all sixteen.
-    for k in 0..2 * LANES {
-        let f: [T; Q] = std::array::from_fn(|i| f.0[i].as_flattened()[k]);
-        let (post, own) = collide(&f, Held::Whole, physics.gravity, &physics.law, physics.least_odd);
-        for i in 0..Q {
-            to.0[i].as_flattened_mut()[k] = post[i];
-        }
-        density.as_flattened_mut()[k] = own;
-    }
-}
-
-/// The same for one row, of cells that are held in part.
-#[inline(always)]
-fn collide_partly<T: Real, R: Law<T>>(
-    f: &Populations<T>,
-    held: &[Lanes<T>; 2],
-    physics: &Physics<T, R>,
-    to: &mut [[T; LANES]; Q],
-    density: &mut Lanes<T>,
-) {
-    let [mass, least] = *held;
-    if <R as Relaxation<T>>::BY_ROW {
-        let gravity = by_axis(|a| Lanes::splat(physics.gravity[a]));
-        let held = Held::Partly { mass, least };
-        let (post, own) = collide(f, held, gravity, &physics.law, Lanes::splat(physics.least_odd));
-        for i in 0..Q {
-            to[i] = post[i].0;
-        }
-        *density = own;
-        return;
-    }
-    for k in 0..LANES {
-        let f: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
-        let held = Held::Partly { mass: mass.0[k], least: least.0[k] };
-        let (post, own) = collide(&f, held, physics.gravity, &physics.law, physics.least_odd);
-        for i in 0..Q {
-            to[i][k] = post[i];
-        }
-        density.0[k] = own;
-    }
-}
-
 /// Notes a cell of a row that is no longer sound.
 #[inline(always)]
 fn look_over<T: Real>(row: u8, density: Lanes<T>, findings: &mut Findings) {
@@ -525,67 +421,6 @@ fn reconstruct_block<T: Real>(
     for row in rows.surface.iter().filter(|row| row.kinds.interface != 0) {
         reconstruct(source, fills, row, gravity, shape);
     }
-}
-
-/// Compiles a function again for processors with AVX2 and with AVX-512, and takes the form for the processor at hand. All give the same
-/// bits: the same operations, only wider.
-#[cfg(target_arch = "x86_64")]
-#[inline(always)]
-fn has_avx512() -> bool {
-    use std::arch::is_x86_feature_detected as has;
-    has!("avx512f") && has!("avx512vl") && has!("avx512dq") && has!("avx512bw")
-}
-
-macro_rules! for_this_processor {
-    ($(#[$doc:meta])* $name:ident = $plain:ident<$($g:ident: $bound:path),*>($($arg:ident: $type:ty),*)) => {
-        $(#[$doc])*
-        #[allow(unsafe_code)]
-        fn $name<$($g: $bound),*>($($arg: $type),*) {
-            #[cfg(target_arch = "x86_64")]
-            {
-                #[target_feature(enable = "avx2")]
-                #[inline(never)]
-                fn avx2<$($g: $bound),*>($($arg: $type),*) {
-                    $plain($($arg),*);
-                }
-                #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw")]
-                #[inline(never)]
-                fn avx512<$($g: $bound),*>($($arg: $type),*) {
-                    $plain($($arg),*);
-                }
-                if has_avx512() {
-                    // SAFETY: the processor was just asked whether it has them.
-                    return unsafe { avx512($($arg),*) };
-                }
-                if std::arch::is_x86_feature_detected!("avx2") {
-                    // SAFETY: the processor was just asked whether it has AVX2.
-                    return unsafe { avx2($($arg),*) };
-                }
-            }
-            $plain($($arg),*);
-        }
-    };
-}
-
-for_this_processor! {
-    /// [`collide_pair`] for the processor at hand.
-    collide_pair_here = collide_pair<T: Real, R: Law<T>>(
-        f: &Pair<T>,
-        physics: &Physics<T, R>,
-        to: &mut Pair<T>,
-        density: &mut [[T; LANES]; 2]
-    )
-}
-
-for_this_processor! {
-    /// [`collide_partly`] for the processor at hand.
-    collide_partly_here = collide_partly<T: Real, R: Law<T>>(
-        f: &Populations<T>,
-        held: &[Lanes<T>; 2],
-        physics: &Physics<T, R>,
-        to: &mut [[T; LANES]; Q],
-        density: &mut Lanes<T>
-    )
 }
 
 for_this_processor! {
