@@ -38,12 +38,18 @@ impl Dimension {
     pub const DENSITY: Self = Self([-3, 1, 0, 0]);
     /// Stress or pressure, SI unit Pa.
     pub const STRESS: Self = Self([-1, 1, -2, 0]);
+    /// Stress per time, as concrete stiffens at rest, SI unit Pa/s.
+    pub const STRESS_RATE: Self = Self([-1, 1, -3, 0]);
     /// Dynamic viscosity, SI unit Pa s.
     pub const VISCOSITY: Self = Self([-1, 1, -1, 0]);
     /// Consistency of a power law of any index n, SI unit Pa s^n.
     pub const CONSISTENCY: Self = Self([-1, 1, -2, 1]);
     /// Force, SI unit N.
     pub const FORCE: Self = Self([1, 1, -2, 0]);
+    /// Torque, SI unit N m.
+    pub const TORQUE: Self = Self([2, 1, -2, 0]);
+    /// Torque per rate of revolutions, SI unit N m s.
+    pub const TORQUE_PER_RATE: Self = Self([2, 1, -1, 0]);
 
     /// What the dimension is called, and units in which to write it, the SI unit first.
     const NAMES: &[(Self, &str, &[&str])] = &[
@@ -59,9 +65,12 @@ impl Dimension {
         (Self::FLOW_RATE, "a flow rate", &["l/s"]),
         (Self::DENSITY, "a density", &["kg/m3"]),
         (Self::STRESS, "a stress", &["Pa"]),
+        (Self::STRESS_RATE, "a stress per time", &["Pa/s"]),
         (Self::VISCOSITY, "a viscosity", &["Pa s"]),
         (Self::CONSISTENCY, "a consistency", &["Pa s^n"]),
         (Self::FORCE, "a force", &["N"]),
+        (Self::TORQUE, "a torque", &["N m"]),
+        (Self::TORQUE_PER_RATE, "a torque per rate", &["N m s"]),
     ];
 
     fn units(self) -> Vec<String> {

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::{bench, check, failure, lab, report, run, schema, template, validate};
+use crate::{bench, calc, check, failure, lab, report, run, schema, template, validate};
 
 /// Virtual laboratory and casting simulator for fresh concrete and other yield-stress fluids.
 #[derive(Debug, Parser)]
@@ -15,6 +15,7 @@ use crate::{bench, check, failure, lab, report, run, schema, template, validate}
     after_help = "\
 Examples:
   tremie lab slump-flow --yield-stress 50Pa --viscosity 30Pa.s
+  tremie calc yield-stress --slump-flow 600mm
   tremie new planar-collapse
   tremie check planar-collapse.toml
   tremie run planar-collapse.toml
@@ -38,6 +39,8 @@ enum Command {
     /// Do a standard test in the virtual laboratory
     #[command(subcommand)]
     Lab(lab::Experiment),
+    /// Work out a formula: slump, spread, L-box, pipe, formwork and more
+    Calc(calc::Arguments),
     /// Run a case file
     Run(run::RunArguments),
     /// Go on with an interrupted run
@@ -63,6 +66,7 @@ pub fn main() -> ExitCode {
             Command::New(arguments) => template::run(&arguments),
             Command::Schema(_) => Ok(schema::run()),
             Command::Lab(experiment) => lab::run(experiment),
+            Command::Calc(arguments) => calc::run(&arguments),
             Command::Run(arguments) => run::run(arguments),
             Command::Resume(arguments) => run::resume(&arguments),
             Command::Report(arguments) => report::run(&arguments),

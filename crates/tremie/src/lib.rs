@@ -8,6 +8,7 @@
 //! interrupted.
 
 mod bench;
+mod calc;
 mod check;
 mod cli;
 mod failure;
@@ -16,6 +17,7 @@ mod interrupt;
 mod lab;
 mod numbers;
 mod progress;
+mod quantities;
 mod report;
 mod run;
 mod schema;

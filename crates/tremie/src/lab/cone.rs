@@ -7,17 +7,19 @@ use std::f64::consts::PI;
 
 use clap::{Args, ValueEnum};
 use tremie_case::Case;
-use tremie_case::units::{self, Dimension};
 use tremie_geometry::{Body, Motion, Shape};
 
 use super::thin_sheet::ThinSheet;
 use crate::numbers::significant;
+use crate::quantities::{density, length, speed, stress, viscosity};
 
 /// The cone of EN 12350-2 in m: base and top diameter, height.
-const CONE: [f64; 3] = [0.2, 0.1, 0.3];
+pub(crate) const CONE: [f64; 3] = [0.2, 0.1, 0.3];
 /// Its volume in m3.
-const VOLUME: f64 = PI / 12.0 * CONE[2] * (CONE[0] * CONE[0] + CONE[0] * CONE[1] + CONE[1] * CONE[1]);
-const GRAVITY: f64 = 9.81;
+pub(crate) const VOLUME: f64 =
+    PI / 12.0 * CONE[2] * (CONE[0] * CONE[0] + CONE[0] * CONE[1] + CONE[1] * CONE[1]);
+/// Gravity in m/s2.
+pub(crate) const GRAVITY: f64 = 9.81;
 
 /// Half a side in m that the plate has at least: room for the circle of 500 mm.
 const LEAST_ROOM: f64 = 0.3;
@@ -64,34 +66,6 @@ enum Precision {
     F32,
     /// 64 bits
     F64,
-}
-
-fn positive(text: &str, dimension: Dimension) -> Result<f64, String> {
-    match units::parse(text, dimension) {
-        Ok(value) if value > 0.0 => Ok(value),
-        Ok(_) => Err("it must be positive".to_owned()),
-        Err(error) => Err(error.to_string()),
-    }
-}
-
-fn stress(text: &str) -> Result<f64, String> {
-    positive(text, Dimension::STRESS)
-}
-
-fn viscosity(text: &str) -> Result<f64, String> {
-    positive(text, Dimension::VISCOSITY)
-}
-
-fn density(text: &str) -> Result<f64, String> {
-    positive(text, Dimension::DENSITY)
-}
-
-fn length(text: &str) -> Result<f64, String> {
-    positive(text, Dimension::LENGTH)
-}
-
-fn speed(text: &str) -> Result<f64, String> {
-    positive(text, Dimension::SPEED)
 }
 
 /// Diameter in m at which the concrete comes to rest if it spreads slowly to a thin sheet.

@@ -9,6 +9,7 @@ mod slump;
 mod slump_flow;
 mod thin_sheet;
 
+pub(crate) use cone::{CONE, GRAVITY, VOLUME as CONE_VOLUME};
 pub(crate) use thin_sheet::ThinSheet;
 
 use std::process::ExitCode;

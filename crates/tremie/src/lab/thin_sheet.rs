@@ -25,6 +25,12 @@ impl ThinSheet {
         Self { radius: fifth.powf(0.2), slope: 2.0 * yield_stress / weight }
     }
 
+    /// The yield stress in Pa at which `volume` m3 of a fluid of a density in kg/m3 spread to `radius` m under gravity
+    /// in m/s2.
+    pub(crate) fn yield_stress(volume: f64, radius: f64, density: f64, gravity: f64) -> f64 {
+        225.0 * density * gravity * volume * volume / (128.0 * PI * PI * radius.powi(5))
+    }
+
     /// Height in m at the distance `r` m from the axis.
     pub(crate) fn height(&self, r: f64) -> f64 {
         (self.slope * (self.radius - r).max(0.0)).sqrt()

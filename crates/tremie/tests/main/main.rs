@@ -388,6 +388,64 @@ fn wrong_cases_are_refused_with_the_line_and_advice() {
 }
 
 #[test]
+fn calc_tells_a_formula_with_its_source_and_where_it_holds() {
+    let place = tempfile::tempdir().unwrap();
+    let place = place.path();
+    let list = done(place, &["calc"]);
+    for name in [
+        "slump-flow",
+        "slump",
+        "yield-stress",
+        "lcpc-box",
+        "l-box",
+        "pipe",
+        "channel",
+        "rheometer",
+        "squeeze",
+        "formwork",
+        "layers",
+        "stability",
+        "suspension",
+        "fibres",
+    ] {
+        assert!(list.contains(&format!("\n  {name} ")), "{name}: {list}");
+        let help = done(place, &["calc", name, "--help"]);
+        // Its examples work as they stand, and leave nothing behind.
+        let (_, examples) = help.split_once("Examples:\n").unwrap();
+        for example in examples.trim_end().split("  tremie ").skip(1) {
+            let example: Vec<&str> = example.split_whitespace().collect();
+            let told = done(place, &example);
+            for word in ["equation", "source", "holds for"] {
+                assert!(told.contains(word), "{name}: {told}");
+            }
+            let answer: Value =
+                serde_json::from_str(&done(place, &[&example[..], &["--json"]].concat())).unwrap();
+            let results = answer["results"].as_object().unwrap();
+            assert!(!results.is_empty() && results.values().all(Value::is_number), "{answer}");
+            assert!(answer["inputs"].is_object() && answer["warnings"].is_array(), "{answer}");
+        }
+    }
+    assert_eq!(fs::read_dir(place).unwrap().count(), 0);
+
+    let told = done(place, &["calc", "yield-stress", "--slump-flow", "60cm"]);
+    assert!(told.contains("50 Pa") && told.contains("Roussel"), "{told}");
+    let thick = output(place, &["calc", "slump-flow", "--yield-stress", "300Pa"]);
+    assert!(thick.status.success() && text(&thick.stderr).contains("warning: the height is 0.3"));
+
+    let refused =
+        |arguments: &[&str], words: &[&str]| refused(place, &[&["calc"], arguments].concat(), words);
+    refused(&["slump-flaw"], &["'slump-flow'"]);
+    refused(&["slump-flow"], &["--yield-stress"]);
+    refused(&["slump-flow", "--yield-stress", "50"], &["has no unit"]);
+    refused(&["yield-stress", "--slump", "50cm"], &["less than the 300 mm"]);
+    refused(&["yield-stress", "--slump", "5cm", "--l-box", "0.8"], &["cannot be used with"]);
+    refused(&["yield-stress", "--l-box", "120%"], &["below 1"]);
+    refused(&["squeeze", "--yield-stress", "100Pa", "--volume", "1l"], &["--force", "--height"]);
+    refused(&["suspension", "--fraction", "70%"], &["below --packing"]);
+    refused(&["yield-stress", "--slump-flow", "1e99m"], &["cannot be computed"]);
+}
+
+#[test]
 fn wrong_files_and_arguments_are_refused_with_advice() {
     let place = folder_with_case(&[("\"1 s\"", "\"0.05 s\"")]);
     let place = place.path();
