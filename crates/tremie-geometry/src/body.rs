@@ -66,17 +66,6 @@ impl Body {
             Self::Difference(bodies) => bodies[0].bounds(),
         }
     }
-
-    /// The meshes that it is made from.
-    pub fn meshes(&self) -> Vec<&ClosedMesh> {
-        match self {
-            Self::Shape(_) => Vec::new(),
-            Self::Mesh(mesh) => vec![mesh],
-            Self::Complement(body) => body.meshes(),
-            Self::Union(bodies) => bodies.iter().flat_map(Self::meshes).collect(),
-            Self::Difference(bodies) => bodies.iter().flat_map(Self::meshes).collect(),
-        }
-    }
 }
 
 #[cfg(test)]
