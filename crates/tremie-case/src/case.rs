@@ -1,7 +1,9 @@
 //! The case as plain data, in SI units.
 
 use std::path::Path;
+use std::sync::Arc;
 
+use tremie_geometry::mesh::ClosedMesh;
 use tremie_geometry::{Body, Motion, Shape};
 use tremie_numerics::{DVec2, DVec3};
 use tremie_rheology::FlowCurve;
@@ -24,6 +26,8 @@ pub struct Case {
     pub fluid: Vec<FluidRegion>,
     /// What stands or moves in the domain. Solids may overlap each other and reach beyond the domain.
     pub solids: Vec<Solid>,
+    /// The meshes that solids are made from, in the order in which the case names them.
+    pub meshes: Vec<MeshFile>,
     /// How the flow is computed.
     pub method: Method,
     /// When the run ends.
@@ -118,6 +122,28 @@ impl Solid {
         }
         (min + low, max + high)
     }
+}
+
+/// A mesh that was read from a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshFile {
+    /// Path of the file from the folder of the case file; it leads nowhere else.
+    pub path: String,
+    /// The file as read.
+    pub bytes: Arc<[u8]>,
+    /// The mesh where it stands.
+    pub mesh: Arc<ClosedMesh>,
+    /// What it is there for.
+    pub role: Role,
+}
+
+/// What a mesh is there for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// Its inside is solid.
+    Obstacle,
+    /// Its outside is solid.
+    Formwork,
 }
 
 /// What the surface of a solid does to the fluid.
@@ -295,9 +321,11 @@ impl Case {
         })
     }
 
-    /// Reads a case from `text`; `name` stands for the file in messages.
+    /// Reads a case from `text`; `name` stands for the file in messages. Files that the case names are read too; they lie in the
+    /// folder of `name`.
     pub fn parse(name: &str, text: &str) -> Result<Self, CaseError> {
-        let case = Document::parse(text).and_then(|document| {
+        let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+        let case = Document::parse(text, folder).and_then(|document| {
             let case = schema::read(&document, name, text)?;
             check::check(&case, &document)?;
             Ok(case)
@@ -314,7 +342,7 @@ impl Case {
 
     /// What somebody further up finds wrong with this case, told at the first of `keys` that stands in the file.
     pub fn refuse(&self, keys: &[&str], problem: impl Into<String>, advice: impl Into<String>) -> CaseError {
-        let span = Document::parse(&self.text).map_or(0..0, |document| {
+        let span = Document::parse(&self.text, Path::new("")).map_or(0..0, |document| {
             let found = keys.iter().find_map(|key| document.find(key));
             found.unwrap_or_else(|| document.locate(keys.first().copied().unwrap_or_default()))
         });

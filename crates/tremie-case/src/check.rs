@@ -396,6 +396,25 @@ fn parts(body: &Body, path: &str, case: &Case, document: &Document<'_>) -> Resul
             )
             .related(document.find("lbm.cell_size"), "the cell size"))
         }
+        Body::Mesh(mesh) => {
+            let Method::Lbm(lbm) = &case.method;
+            let Some((count, place)) = mesh.thin(lbm.cell_size * (1.0 - CELL_TOLERANCE)) else {
+                return Ok(());
+            };
+            let [x, y, z] = place.to_array().map(tidy);
+            let all = mesh.mesh().triangles.len();
+            Err(Fault::new(
+                document.locate(&format!("{path}.stl")),
+                "the cells are too large to see this: it is thinner than one",
+                format!("at {count} of {all} facets, the first at {x} m, {y} m, {z} m; make it thicker, or write smaller cells"),
+            )
+            .related(document.find("lbm.cell_size"), "the cell size"))
+        }
+        Body::Complement(body) => {
+            parts(body, path, case, document)?;
+            let problem = "the inside of this formwork lies outside the domain";
+            meets(body.bounds(), &case.domain, problem, path, document)
+        }
         Body::Union(bodies) => bodies
             .iter()
             .enumerate()

@@ -7,6 +7,7 @@
 //! for the JSON Schema.
 
 use std::ops::Range;
+use std::path::Path;
 
 use serde_json::{Map, json};
 use toml::Spanned;
@@ -14,17 +15,25 @@ use toml::de::{DeTable, DeValue};
 
 use crate::describe::{Description, from_toml, object};
 use crate::fault::Fault;
+use crate::stl::Files;
 use crate::suggestion::{either, nearest};
 use crate::units::{self, Dimension};
 
 /// A syntactically correct TOML document.
-pub(crate) struct Document<'a>(Spanned<DeValue<'a>>);
+pub(crate) struct Document<'a> {
+    node: Spanned<DeValue<'a>>,
+    /// The files that it names.
+    pub(crate) files: Files,
+}
 
 impl<'a> Document<'a> {
-    /// Parses `text`; the first syntax error is the fault.
-    pub(crate) fn parse(text: &'a str) -> Result<Self, Fault> {
+    /// Parses `text`; the first syntax error is the fault. The files that it names lie in `folder`.
+    pub(crate) fn parse(text: &'a str, folder: &Path) -> Result<Self, Fault> {
         match DeTable::parse(text) {
-            Ok(table) => Ok(Self(Spanned::new(table.span(), DeValue::Table(table.into_inner())))),
+            Ok(table) => Ok(Self {
+                node: Spanned::new(table.span(), DeValue::Table(table.into_inner())),
+                files: Files::new(folder),
+            }),
             Err(error) => {
                 let span = error.span().unwrap_or(0..0);
                 Err(Fault::new(span, format!("not valid TOML: {}", error.message()), ""))
@@ -34,18 +43,18 @@ impl<'a> Document<'a> {
 
     /// The whole document as a value, without a name.
     pub(crate) fn root(&self) -> Value<'_> {
-        Value { name: String::new(), node: &self.0 }
+        Value { name: String::new(), node: &self.node, files: &self.files }
     }
 
     /// Where the value stands that is reached by the keys and indices in `path`, such as `domain.max.2`.
     pub(crate) fn find(&self, path: &str) -> Option<Range<usize>> {
-        let node = path.split('.').try_fold(&self.0, |node, step| child(node, step));
+        let node = path.split('.').try_fold(&self.node, |node, step| child(node, step));
         node.map(Spanned::span)
     }
 
     /// The same, or where the innermost table stands that should hold it.
     pub(crate) fn locate(&self, path: &str) -> Range<usize> {
-        let mut node = &self.0;
+        let mut node = &self.node;
         for step in path.split('.') {
             match child(node, step) {
                 Some(child) => node = child,
@@ -68,6 +77,8 @@ fn child<'n, 'a>(node: &'n Spanned<DeValue<'a>>, step: &str) -> Option<&'n Spann
 pub(crate) struct Value<'a> {
     name: String,
     node: &'a Spanned<DeValue<'a>>,
+    /// The files that the document names.
+    pub(crate) files: &'a Files,
 }
 
 impl<'a> Value<'a> {
@@ -94,7 +105,7 @@ impl<'a> Value<'a> {
     /// Component of an array; the value itself if there is none.
     pub(crate) fn component(&self, index: usize) -> Value<'a> {
         let node = self.get().as_array().and_then(|array| array.get(index)).unwrap_or(self.node);
-        Value { name: self.name.clone(), node }
+        Value { name: self.name.clone(), node, files: self.files }
     }
 }
 
@@ -135,7 +146,12 @@ impl<'a> Table<'a> {
 
     /// The value under a key, as written.
     pub(crate) fn value(&self, key: &str) -> Option<Value<'a>> {
-        self.entries.get(key).map(|node| Value { name: self.name(key), node })
+        self.entries.get(key).map(|node| Value { name: self.name(key), node, files: self.value.files })
+    }
+
+    /// The table as a value.
+    pub(crate) fn itself(&self) -> Value<'a> {
+        Value { name: self.value.name.clone(), node: self.value.node, files: self.value.files }
     }
 
     /// Reads a key that must be there.
@@ -246,9 +262,9 @@ pub(crate) const fn or<K>(name: &'static str, default: &'static str, about: &'st
 impl<K: Kind> Or<K> {
     fn absent(&self) -> Result<K::Out, Fault> {
         let text = format!("{} = {}", self.name, self.default);
-        let document = Document::parse(&text)?;
-        let node = child(&document.0, self.name).unwrap_or(&document.0);
-        self.kind.read(&Value { name: self.name.to_owned(), node })
+        let document = Document::parse(&text, Path::new(""))?;
+        let node = child(&document.node, self.name).unwrap_or(&document.node);
+        self.kind.read(&Value { name: self.name.to_owned(), node, files: &document.files })
     }
 }
 

@@ -4,6 +4,8 @@
 //! A new flow curve is an entry in `FLOW_CURVES`, a new shape one in `SHAPES`, a new method one in `METHOD`; a new
 //! section is a constant like the others and a key in `CASE`.
 
+use std::f64::consts::TAU;
+
 use serde_json::{Map, Value as Json, json};
 use toml::de::DeValue;
 use tremie_geometry::{Body, Motion, Shape, Waypoint};
@@ -12,7 +14,7 @@ use tremie_rheology::{FlowCurve, Regularisation};
 
 use crate::case::{
     Case, Collision, Domain, FluidRegion, Gauges, Lattice, Lbm, Material, Method, Output, Precision, Preset,
-    Rest, Side, Solid, SolidSurface, SpreadGauge, Stepping, Stop,
+    Rest, Role, Side, Solid, SolidSurface, SpreadGauge, Stepping, Stop,
 };
 use crate::describe::object;
 use crate::document::{
@@ -20,6 +22,7 @@ use crate::document::{
     Vector, maybe, need, or,
 };
 use crate::fault::Fault;
+use crate::stl::{self, Place};
 use crate::units::Dimension;
 
 const fn quantity(dimension: Dimension, range: Bound, example: &'static str) -> Quantity {
@@ -37,7 +40,8 @@ const VISCOSITY: Quantity = quantity(Dimension::VISCOSITY, Bound::Positive, "30 
 
 /// Reads the document; what is wrong only in combination is left to `check`.
 pub(crate) fn read(document: &Document<'_>, name: &str, text: &str) -> Result<Case, Fault> {
-    Ok(Case { name: name.to_owned(), text: text.to_owned(), ..CASE.read(&document.root())? })
+    let case = CASE.read(&document.root())?;
+    Ok(Case { name: name.to_owned(), text: text.to_owned(), meshes: document.files.meshes(), ..case })
 }
 
 /// The keys as JSON Schema.
@@ -88,6 +92,7 @@ const CASE: Section<Case> = {
                 gauges: t.need(&GAUGES_KEY)?,
                 stop: t.need(&STOP_KEY)?,
                 output: t.or(&OUTPUT_KEY)?,
+                meshes: Vec::new(),
                 name: String::new(),
                 text: String::new(),
             })
@@ -571,6 +576,65 @@ const CONE_SHELL: Section<Shape> = {
     }
 };
 
+const STL: Section<Body> = {
+    const FILE: Need<Text> = need(
+        "file",
+        "the file, binary or ASCII, by its path from the case file: beside it or in a folder below",
+        Text { example: "form.stl" },
+    );
+    const UNIT: Need<Choice<f64>> = need(
+        "unit",
+        "in which the file is drawn; it does not say so itself",
+        Choice(&[
+            ("mm", "millimetres", 1e-3),
+            ("cm", "centimetres", 1e-2),
+            ("m", "metres", 1.0),
+            ("in", "inches of 25.4 mm", 0.0254),
+        ]),
+    );
+    const ROLE: Or<Choice<Role>> = or(
+        "role",
+        "\"obstacle\"",
+        "which side of its surface is solid",
+        Choice(&[
+            ("obstacle", "the inside", Role::Obstacle),
+            ("formwork", "the outside, without end: the fluid is inside", Role::Formwork),
+        ]),
+    );
+    const SCALE: Or<Quantity> = or(
+        "scale",
+        "1",
+        "how many times larger it is made",
+        quantity(Dimension::NUMBER, Bound::UpTo(1e6), "2"),
+    );
+    const ROTATE: Or<Vector<3>> = or(
+        "rotate",
+        "[\"0 deg\", \"0 deg\", \"0 deg\"]",
+        "angles by which it is then turned about the axes of x, y and z, one after the other",
+        Vector(quantity(Dimension::NUMBER, Bound::Any, "\"90 deg\"")),
+    );
+    const MOVE: Or<Vector<3>> =
+        or("move", "[\"0 m\", \"0 m\", \"0 m\"]", "way by which it is then moved", POINT);
+    Section {
+        keys: &[&FILE, &UNIT, &ROLE, &SCALE, &ROTATE, &MOVE],
+        example: &["file = \"form.stl\"", "unit = \"mm\""],
+        read: |t| {
+            let path = t.need(&FILE)?;
+            let (unit, _, length) = t.need(&UNIT)?;
+            let (.., role) = t.or(&ROLE)?;
+            let (scale, rotate, way) = (t.or(&SCALE)?, t.or(&ROTATE)?, t.or(&MOVE)?);
+            // Three plain numbers are radians, and who writes 90 means degrees.
+            if let Some(value) = t.value("rotate")
+                && rotate.iter().any(|angle| angle.abs() > TAU)
+            {
+                return Err(value.fault("is more than a full turn", "write degrees as \"90 deg\""));
+            }
+            let place = Place { unit, length: *length, scale, rotate, way: way.into() };
+            stl::read(&t.value("file").unwrap_or_else(|| t.itself()), path, *role, &place)
+        },
+    }
+};
+
 /// A section for a shape as one for a body.
 macro_rules! body {
     ($shape:ident) => {
@@ -589,6 +653,7 @@ macro_rules! solid_shapes {
             ("capsule", "shape: a cylinder with round ends", body!(CAPSULE)),
             ("plane", "shape: all that lies behind a plane", body!(PLANE)),
             ("cone_shell", "shape: the wall of an upright conical mould, open at both ends", body!(CONE_SHELL)),
+            ("stl", "shape: what an STL file draws", STL),
             $($more),*
         ]
     };

@@ -3,15 +3,22 @@
 //! The union's distance is the least, the difference's the larger of the one and the other turned inside out. Both are right where they
 //! matter, on the surface, and nowhere larger than the true distance.
 
+use std::sync::Arc;
+
 use tremie_numerics::DVec3;
 
 use crate::Shape;
+use crate::mesh::ClosedMesh;
 
 /// A closed region of space, in metres.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Body {
     /// A primitive shape.
     Shape(Shape),
+    /// What a triangle mesh bounds.
+    Mesh(Arc<ClosedMesh>),
+    /// All that lies outside of this: of the inside of a mould, the mould, without end.
+    Complement(Box<Body>),
     /// All that lies in any of these; at least one.
     Union(Vec<Body>),
     /// All that lies in the first but not in the second.
@@ -29,6 +36,11 @@ impl Body {
     pub fn nearest(&self, p: DVec3) -> (f64, DVec3) {
         match self {
             Self::Shape(shape) => shape.nearest(p),
+            Self::Mesh(mesh) => mesh.nearest(p),
+            Self::Complement(body) => {
+                let (distance, normal) = body.nearest(p);
+                (-distance, -normal)
+            }
             Self::Union(bodies) => {
                 let all = bodies.iter().map(|body| body.nearest(p));
                 all.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, DVec3::Z))
@@ -45,20 +57,13 @@ impl Body {
     pub fn bounds(&self) -> (DVec3, DVec3) {
         match self {
             Self::Shape(shape) => shape.bounds(),
+            Self::Mesh(mesh) => mesh.bounds(),
+            Self::Complement(_) => (DVec3::NEG_INFINITY, DVec3::INFINITY),
             Self::Union(bodies) => bodies
                 .iter()
                 .map(Self::bounds)
                 .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1))),
             Self::Difference(bodies) => bodies[0].bounds(),
-        }
-    }
-
-    /// The shapes that it is made from.
-    pub fn shapes(&self) -> Vec<&Shape> {
-        match self {
-            Self::Shape(shape) => vec![shape],
-            Self::Union(bodies) => bodies.iter().flat_map(Self::shapes).collect(),
-            Self::Difference(bodies) => bodies.iter().flat_map(Self::shapes).collect(),
         }
     }
 }

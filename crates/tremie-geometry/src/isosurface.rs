@@ -10,6 +10,7 @@
 //! values of that face alone (where two diagonal corners are inside, they are kept apart), so neighbouring cubes
 //! agree; the segments of the six faces join to loops, and each loop is cut into triangles.
 
+use std::collections::HashMap;
 use std::sync::LazyLock;
 
 use tremie_numerics::DVec3;
@@ -24,6 +25,24 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// From the corners of its triangles in metres: corners that agree in all bits are one vertex.
+    pub fn weld(triangles: impl IntoIterator<Item = [[f64; 3]; 3]>) -> Self {
+        let mut mesh = Self::default();
+        let mut known = HashMap::new();
+        for triangle in triangles {
+            let corners = triangle.map(|corner| {
+                // Adding zero makes a negative zero a positive one.
+                let corner = corner.map(|coordinate| coordinate + 0.0);
+                *known.entry(corner.map(f64::to_bits)).or_insert_with(|| {
+                    mesh.positions.push(corner);
+                    (mesh.positions.len() - 1) as u32
+                })
+            });
+            mesh.triangles.push(corners);
+        }
+        mesh
+    }
+
     /// Area in square metres.
     pub fn area(&self) -> f64 {
         self.triangles
@@ -187,7 +206,6 @@ fn share_face(a: usize, b: usize) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::HashMap;
     use std::f64::consts::PI;
 
     /// Every edge is run along once in each direction.

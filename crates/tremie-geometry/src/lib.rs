@@ -1,13 +1,15 @@
 //! Shapes by signed distance: where fluid starts, where solids stand, and how they move.
 //!
 //! A [`Shape`] answers one question, [`Shape::signed_distance`] (metres, negative inside); everything else about
-//! it follows from that. A [`Body`] is a shape, or made from several. A [`Motion`] says where it is at a time.
+//! it follows from that. A [`Body`] is a shape or a [`mesh`], or made from several. A [`Motion`] says where it is at a time.
 //! [`isosurface`] goes the other way: from values on a grid to the surface they describe.
 
 mod body;
 pub mod isosurface;
+pub mod mesh;
 mod motion;
 mod shape;
+mod tree;
 
 pub use body::Body;
 pub use motion::{Motion, Waypoint};

@@ -3,6 +3,7 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `case.toml` | the case as read, byte for byte |
+//! | `form.stl` ... | the files that it names, byte for byte |
 //! | `run.json` | program, method, machine, scaling, cost so far |
 //! | `summary.json` | the results in SI units |
 //! | `series.csv` | the readings of the gauges over time |
@@ -17,6 +18,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
+use tremie_case::MeshFile;
 use tremie_output::atomic;
 
 use crate::summary::Summary;
@@ -138,11 +140,17 @@ impl RunFolder {
         Ok(())
     }
 
-    /// Writes what describes a new run: the case as read, and the record.
+    /// Writes what describes a new run: the case as read, the files that it names, and the record.
     ///
     /// # Errors
     /// If the file system refuses.
-    pub fn begin(&self, case: &str, record: &RunRecord) -> Result<(), FolderError> {
+    pub fn begin(&self, case: &str, meshes: &[MeshFile], record: &RunRecord) -> Result<(), FolderError> {
+        for mesh in meshes {
+            let path = self.path.join(&mesh.path);
+            let folder = path.parent().unwrap_or(&self.path);
+            std::fs::create_dir_all(folder).map_err(io_error(folder))?;
+            atomic::write(&path, &mesh.bytes)?;
+        }
         atomic::write(&self.case(), case.as_bytes())?;
         self.write_record(record)
     }
@@ -367,7 +375,7 @@ mod tests {
         let folder = RunFolder::create(&path, false).unwrap();
         // Still empty.
         RunFolder::create(&path, false).unwrap();
-        folder.begin("title = \"x\"\r\n", &record()).unwrap();
+        folder.begin("title = \"x\"\r\n", &[], &record()).unwrap();
         let error = RunFolder::create(&path, false).unwrap_err();
         assert!(matches!(error, FolderError::NotEmpty { .. }));
         assert!(error.to_string().contains("--force") && error.to_string().contains("resume"));
@@ -403,7 +411,7 @@ mod tests {
         assert!(matches!(RunFolder::open(place.path()), Err(FolderError::NoRun { missing: CASE, .. })));
         assert!(matches!(RunFolder::open(&place.path().join("no")), Err(FolderError::NoRun { .. })));
         let folder = RunFolder::create(place.path(), false).unwrap();
-        folder.begin("", &record()).unwrap();
+        folder.begin("", &[], &record()).unwrap();
         assert_eq!(RunFolder::open(place.path()).unwrap().record().unwrap(), record_of(&folder));
     }
 

@@ -169,6 +169,7 @@ fn case() -> Case {
             sides: [Side::Symmetry, wall, Side::Symmetry, wall, wall, wall],
         },
         solids: Vec::new(),
+        meshes: Vec::new(),
         fluid: vec![FluidRegion {
             shape: Shape::Sphere { centre: DVec3::ZERO, radius: 0.1 },
             velocity: DVec3::ZERO,
@@ -200,7 +201,7 @@ fn case() -> Case {
 fn new_folder(path: &Path, case: &Case) -> RunFolder {
     let folder = RunFolder::create(path, false).unwrap();
     let scaling = serde_json::json!({ "cell_size_m": CELL });
-    folder.begin(&case.text, &RunRecord::new("tremie 0.1.0", "cake", None, scaling)).unwrap();
+    folder.begin(&case.text, &case.meshes, &RunRecord::new("tremie 0.1.0", "cake", None, scaling)).unwrap();
     folder
 }
 

@@ -5,10 +5,10 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use serde_json::json;
-use tremie_case::Case;
+use serde_json::{Value, json};
+use tremie_case::{Case, MeshFile, Role};
 
-use crate::numbers::{Numbers, duration};
+use crate::numbers::{Numbers, duration, significant};
 use crate::terminal;
 
 /// Wall-clock time for which the simulation is run to see how fast it is.
@@ -47,9 +47,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         json["estimated_time_s"] = json!(pace.step * numbers.plan.steps);
         json["updates_per_second"] = json!(pace.updates);
         json["warnings"] = json!(warnings);
+        json["meshes"] = case.meshes.iter().map(described).collect();
         terminal::say(&format!("{json:#}"));
     } else {
         let mut rows = numbers.rows();
+        rows.extend(case.meshes.iter().map(|mesh| ("mesh", extent(mesh))));
         let earlier = if case.stop.rest.is_some() { " at most; rest comes earlier" } else { "" };
         let threads = rayon::current_num_threads();
         rows.push((
@@ -66,6 +68,43 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// What a mesh is there for, and where it lies, so that a wrong unit is seen.
+fn extent(file: &MeshFile) -> String {
+    let (min, max) = file.mesh.bounds();
+    // Without the noise of turning, which is far below a micrometre.
+    let millimetres = |length: f64| (1e6 * length).round() / 1e3 + 0.0;
+    let along = |axis: usize| format!("{} to {}", millimetres(min[axis]), millimetres(max[axis]));
+    format!(
+        "{} ({}), x {}, y {}, z {} mm, {} litres",
+        file.path,
+        role(file),
+        along(0),
+        along(1),
+        along(2),
+        significant(1e3 * file.mesh.mesh().volume())
+    )
+}
+
+fn described(file: &MeshFile) -> Value {
+    let (min, max) = file.mesh.bounds();
+    json!({
+        "file": file.path,
+        "role": role(file),
+        "min_m": min.to_array(),
+        "max_m": max.to_array(),
+        "volume_m3": file.mesh.mesh().volume(),
+        "facets": file.mesh.mesh().triangles.len(),
+        "turned": file.mesh.turned(),
+    })
+}
+
+fn role(file: &MeshFile) -> &'static str {
+    match file.role {
+        Role::Obstacle => "obstacle",
+        Role::Formwork => "formwork",
+    }
 }
 
 /// How fast the simulation is at its start.

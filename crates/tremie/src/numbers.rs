@@ -35,6 +35,8 @@ pub(crate) struct Numbers {
     pub(crate) cells_across: f64,
     /// The narrowest gap between solids, or a solid and a wall, at the start.
     gap: Option<Gap>,
+    /// Files whose meshes were inside out.
+    turned: Vec<String>,
     title: String,
     stop_time: f64,
     stops_at_rest: bool,
@@ -46,6 +48,7 @@ impl Numbers {
         Self {
             cells_across: thinnest(case) / plan.scaling.cell_size,
             gap: gaps::narrowest(case, plan.scaling.cell_size),
+            turned: case.meshes.iter().filter(|m| m.mesh.turned()).map(|m| m.path.clone()).collect(),
             plan,
             title: case.title.clone(),
             stop_time: case.stop.time,
@@ -188,6 +191,9 @@ impl Numbers {
                 self.cells_across
             ),
         );
+        for file in &self.turned {
+            warn(true, format!("{file} is inside out: all its facets are taken as turned the other way"));
+        }
         if let Some(gap) = &self.gap {
             let cells = gap.width / plan.scaling.cell_size;
             warn(

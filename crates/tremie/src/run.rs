@@ -118,7 +118,7 @@ impl Job {
         let program = format!("tremie {}", env!("CARGO_PKG_VERSION"));
         let mut record = RunRecord::new(program, method(&case), None, numbers.json());
         record.experiment = experiment.map(str::to_owned);
-        folder.begin(&case.text, &record)?;
+        folder.begin(&case.text, &case.meshes, &record)?;
         Ok(Self { case, folder, experiment: record.experiment, checkpoint: None })
     }
 

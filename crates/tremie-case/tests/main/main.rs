@@ -3,6 +3,7 @@
 mod random_text;
 mod right_cases;
 mod schema;
+mod stl;
 mod wrong_cases;
 
 /// A case that uses most of what there is.

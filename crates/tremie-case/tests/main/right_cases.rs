@@ -42,6 +42,7 @@ fn every_value_arrives_in_si_units() {
             },
         ],
         solids: Vec::new(),
+        meshes: Vec::new(),
         method: Method::Lbm(Lbm {
             cell_size: 0.005,
             precision: Precision::F64,

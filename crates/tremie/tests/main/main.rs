@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod robustness;
+mod stl;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,0 +1,121 @@
+//! Tree of boxes over triangles: which of them are near a point or meet a box, in O(log n).
+
+use tremie_numerics::DVec3;
+
+/// Triangles in a leaf at most.
+const LEAF: usize = 4;
+
+/// A binary tree of axis-parallel boxes, halved at the median along the longest axis.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Tree {
+    /// Depth first: the first child of a node follows it.
+    nodes: Vec<Node>,
+    /// Numbers of the triangles, in the order of the leaves.
+    order: Vec<u32>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Node {
+    min: DVec3,
+    max: DVec3,
+    /// Where its triangles begin and end in `order`.
+    first: usize,
+    last: usize,
+    /// The second child; none for a leaf.
+    second: Option<usize>,
+}
+
+impl Node {
+    /// Square of the distance of a point.
+    fn distance_squared(&self, p: DVec3) -> f64 {
+        (self.min - p).max(p - self.max).max(DVec3::ZERO).length_squared()
+    }
+}
+
+impl Tree {
+    /// Over the triangles with these corners; at least one.
+    pub(crate) fn new(triangles: &[[DVec3; 3]]) -> Self {
+        let mut tree = Self { nodes: Vec::new(), order: (0..triangles.len() as u32).collect() };
+        tree.split(triangles, 0, triangles.len());
+        tree
+    }
+
+    fn split(&mut self, triangles: &[[DVec3; 3]], first: usize, last: usize) -> usize {
+        let members = &mut self.order[first..last];
+        let corners = members.iter().flat_map(|&n| triangles[n as usize]);
+        let (min, max) =
+            corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), p| (min.min(p), max.max(p)));
+        let at = self.nodes.len();
+        self.nodes.push(Node { min, max, first, last, second: None });
+        if last - first > LEAF {
+            let axis = (max - min).max_position();
+            let centre = |n: u32| triangles[n as usize].iter().map(|p| p[axis]).sum::<f64>();
+            let half = (last - first) / 2;
+            members.select_nth_unstable_by(half, |&a, &b| centre(a).total_cmp(&centre(b)).then(a.cmp(&b)));
+            self.split(triangles, first, first + half);
+            self.nodes[at].second = Some(self.split(triangles, first + half, last));
+        }
+        at
+    }
+
+    /// Corners of the box around all.
+    pub(crate) fn bounds(&self) -> (DVec3, DVec3) {
+        (self.nodes[0].min, self.nodes[0].max)
+    }
+
+    /// Calls `visit` with every triangle whose leaf meets the box from `min` to `max`.
+    pub(crate) fn within(&self, min: DVec3, max: DVec3, visit: &mut impl FnMut(usize)) {
+        self.descend(0, &mut |node| node.min.cmple(max).all() && node.max.cmpge(min).all(), visit);
+    }
+
+    fn descend(&self, at: usize, meets: &mut impl FnMut(&Node) -> bool, visit: &mut impl FnMut(usize)) {
+        let node = &self.nodes[at];
+        if !meets(node) {
+            return;
+        }
+        match node.second {
+            Some(second) => {
+                self.descend(at + 1, meets, visit);
+                self.descend(second, meets, visit);
+            }
+            None => self.order[node.first..node.last].iter().for_each(|&n| visit(n as usize)),
+        }
+    }
+
+    /// The smallest of the squares of distances from `p` that `distance` tells of triangles, with what it tells besides.
+    pub(crate) fn nearest<T>(
+        &self,
+        p: DVec3,
+        mut distance: impl FnMut(usize) -> (f64, T),
+    ) -> Option<(f64, T)> {
+        let mut best = None;
+        self.approach(0, p, &mut distance, &mut best);
+        best
+    }
+
+    fn approach<T>(
+        &self,
+        at: usize,
+        p: DVec3,
+        distance: &mut impl FnMut(usize) -> (f64, T),
+        best: &mut Option<(f64, T)>,
+    ) {
+        let node = &self.nodes[at];
+        if best.as_ref().is_some_and(|(least, _)| node.distance_squared(p) >= *least) {
+            return;
+        }
+        let Some(second) = node.second else {
+            for &n in &self.order[node.first..node.last] {
+                let found = distance(n as usize);
+                if best.as_ref().is_none_or(|(least, _)| found.0 < *least) {
+                    *best = Some(found);
+                }
+            }
+            return;
+        };
+        let far_first = self.nodes[second].distance_squared(p) < self.nodes[at + 1].distance_squared(p);
+        for child in if far_first { [second, at + 1] } else { [at + 1, second] } {
+            self.approach(child, p, distance, best);
+        }
+    }
+}
