@@ -39,11 +39,11 @@
 use tremie_numerics::{DMat3, DVec3};
 
 use crate::grid::Fill;
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::Lanes;
 use crate::lattice::{C, Q, W, opposite};
 use crate::real::Real;
 use crate::rows::SurfaceRow;
-use crate::solids::Contact;
+use crate::solids::{Contact, Contacts};
 use crate::source::Source;
 use crate::topology::CELLS;
 
@@ -63,9 +63,6 @@ pub(crate) struct Exchange {
     pub(crate) loads: Vec<[DVec3; 2]>,
 }
 
-/// Contacts of the cells of a row.
-pub(crate) type Contacts = [Option<Contact>; LANES];
-
 fn vector(c: [i32; 3]) -> DVec3 {
     DVec3::from(c.map(f64::from))
 }
@@ -74,10 +71,10 @@ impl<T: Real> Source<'_, T> {
     /// What the cells of a row beside solids are in contact with.
     #[inline(never)]
     pub(crate) fn contacts(&self, row: &SurfaceRow, first: usize) -> Contacts {
-        std::array::from_fn(|k| {
-            let touches = row.any_immersed >> k & 1 == 1;
-            if touches { self.solids.contact(self.links.coordinates(first + k)) } else { None }
-        })
+        match &row.contacts {
+            Some(contacts) => **contacts,
+            None => self.solids.contacts(self.links, first, row.any_immersed),
+        }
     }
 
     /// Lets the cells of a row meet the solids beside them.

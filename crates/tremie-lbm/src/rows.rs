@@ -12,8 +12,10 @@
 use rayon::prelude::*;
 
 use crate::grid::{Grid, Kinds};
+use crate::lanes::LANES;
 use crate::lattice::{C, Q};
 use crate::real::Real;
+use crate::solids::{Contacts, Solids};
 use crate::topology::{Links, Neighbour, ROWS};
 use crate::wall;
 
@@ -69,6 +71,8 @@ pub(crate) struct SurfaceRow {
     pub(crate) any_immersed: u8,
     /// Cells at a flat wall, for each face.
     pub(crate) flat: [u8; 6],
+    /// What the cells are in contact with, if that stays as it is. (Distances from a drawing of many facets are dear.)
+    pub(crate) contacts: Option<Box<Contacts>>,
 }
 
 impl Links {
@@ -114,7 +118,7 @@ fn own_images(links: &Links, beside: &Beside, c: [i32; 3]) -> u8 {
 
 impl Rows {
     /// Sorts the rows of one block.
-    fn sort(&mut self, all: &[[Kinds; ROWS]], links: &Links, slot: usize) {
+    fn sort(&mut self, all: &[[Kinds; ROWS]], links: &Links, solids: &Solids, slot: usize) {
         self.bulk.clear();
         self.surface.clear();
         for row in 0..ROWS {
@@ -139,6 +143,7 @@ impl Rows {
                 any_solid: 0,
                 any_immersed: 0,
                 flat: [0; 6],
+                contacts: None,
             };
             let mut wet_around = 0xff;
             for i in 1..Q {
@@ -159,6 +164,9 @@ impl Rows {
                 found.faces[i - 1] = found.interface[i] & !own_images(links, &found.beside, C[i]);
             }
             found.flat = wall::flat(&found.solid);
+            if found.any_immersed != 0 && solids.still {
+                found.contacts = Some(Box::new(solids.contacts(links, row * LANES, found.any_immersed)));
+            }
             let trapped = kinds.interface & !found.any_air;
             for i in 1..Q {
                 found.missing[i] |= found.interface[i] & trapped;
@@ -181,11 +189,11 @@ impl<T: Real> Grid<T> {
     /// Sorts the rows of all blocks whose surroundings changed.
     pub(crate) fn sort_rows(&mut self, rows: &mut Vec<Rows>) {
         rows.resize(self.len(), Rows::default());
-        let Self { kinds, links, used, stale, .. } = self;
+        let Self { solids, kinds, links, used, stale, .. } = self;
         let sort = |(slot, (rows, stale)): (usize, (&mut Rows, &mut bool))| {
             if std::mem::take(stale) {
                 if used[slot] {
-                    rows.sort(kinds, &links[slot], slot);
+                    rows.sort(kinds, &links[slot], solids, slot);
                 } else {
                     *rows = Rows::default();
                 }

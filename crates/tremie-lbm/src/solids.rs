@@ -7,7 +7,8 @@
 use tremie_case::{Case, Solid, SolidSurface};
 use tremie_numerics::DVec3;
 
-use crate::topology::ROWS;
+use crate::lanes::LANES;
+use crate::topology::{Links, ROWS};
 
 /// Share of the time for which a row surely stays as it is that is made use of: keeps rounding out.
 const CERTAIN: f64 = 0.999;
@@ -21,6 +22,8 @@ pub(crate) struct Solids {
     size: f64,
     /// For each slot and row the time in s before which no cell is covered or uncovered.
     until: Vec<[f64; ROWS]>,
+    /// Whether none will ever move again.
+    pub(crate) still: bool,
     /// Whether there is air that can come in between the fluid and a wall that recedes.
     pub(crate) air: bool,
 }
@@ -48,6 +51,9 @@ pub(crate) struct Contact {
     pub(crate) slides: bool,
 }
 
+/// Contacts of the cells of a row.
+pub(crate) type Contacts = [Option<Contact>; LANES];
+
 impl Solids {
     /// The solids of a case, drawn for cells of the edge `size` in m, at time zero.
     pub(crate) fn new(case: &Case, size: f64) -> Self {
@@ -61,6 +67,7 @@ impl Solids {
             corner: case.domain.min,
             size,
             until: Vec::new(),
+            still: false,
             air: false,
         }
     }
@@ -81,6 +88,7 @@ impl Solids {
             body.offset = body.solid.motion.offset(time);
             body.velocity = (body.solid.motion.offset(time + step) - body.offset) / self.size;
         }
+        self.still = self.bodies.iter().all(|body| body.solid.motion.largest_speed(time) == 0.0);
     }
 
     /// Largest speed in m/s of the solids that are in the domain, or have yet to come, at a time in s or later.
@@ -125,6 +133,14 @@ impl Solids {
         let body = &self.bodies[n];
         let slides = body.solid.surface == SolidSurface::FreeSlip;
         Some(Contact { solid: n, velocity: body.velocity, normal, slides })
+    }
+
+    /// What the cells of a row whose bits are set are in contact with.
+    pub(crate) fn contacts(&self, links: &Links, first: usize, bits: u8) -> Contacts {
+        std::array::from_fn(|k| {
+            let touches = bits >> k & 1 == 1;
+            if touches { self.contact(links.coordinates(first + k)) } else { None }
+        })
     }
 
     /// Forgets what is known about the rows of a slot.
@@ -178,5 +194,49 @@ impl Solids {
             (0..3).all(|a| first[a] < end[a]).then_some([first, end])
         };
         self.bodies.iter().filter_map(boxed).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tremie_case::Case;
+
+    #[test]
+    fn solids_are_still_once_none_will_move_again() {
+        let case = Case::parse(
+            "gate.toml",
+            r#"
+            title = "Gate"
+            method = "lbm"
+            [material]
+            density = "2300 kg/m3"
+            newtonian = { viscosity = "10 Pa s" }
+            [domain]
+            min = ["0 m", "0 m", "0 m"]
+            max = ["160 mm", "80 mm", "80 mm"]
+            [[fluid]]
+            box = { min = ["0 m", "0 m", "0 m"], max = ["80 mm", "80 mm", "80 mm"] }
+            [[solid]]
+            box = { min = ["80 mm", "0 m", "0 m"], max = ["100 mm", "80 mm", "80 mm"] }
+            [solid.motion.path]
+            points = [
+                { time = "0 s", offset = ["0 m", "0 m", "0 m"] },
+                { time = "1 s", offset = ["0 m", "0 m", "0.2 m"] },
+            ]
+            [lbm]
+            cell_size = "10 mm"
+            [gauges]
+            interval = "0.1 s"
+            [stop]
+            time = "2 s"
+            "#,
+        )
+        .unwrap();
+        let mut solids = Solids::new(&case, 0.01);
+        for (time, still) in [(0.0, false), (0.9, false), (1.0, true), (1.5, true)] {
+            solids.place(time, 1e-3);
+            assert_eq!(solids.still, still, "{time}");
+        }
     }
 }
