@@ -138,13 +138,7 @@ impl<T: Real> Grid<T> {
     /// Appends an empty slot.
     fn push(&mut self) -> u32 {
         self.used.push(false);
-        self.links.push(Links {
-            slots: [AIR; 27],
-            steps: Default::default(),
-            last: 7,
-            ends: [1, 1 << 7],
-            place: [0; 3],
-        });
+        self.links.push(Links { slots: [AIR; 27], steps: Default::default(), last: 7, place: [0; 3] });
         self.kinds.push([Kinds::default(); ROWS]);
         self.front.push(bytemuck::allocation::zeroed_box());
         self.back.push(bytemuck::allocation::zeroed_box());
@@ -199,7 +193,6 @@ impl<T: Real> Grid<T> {
         *self.mass[slot] = [0.0; CELLS];
         self.links[slot].steps = [0, 1, 2].map(|a| self.topology.steps(place[a], a));
         self.links[slot].last = last[0] as u8;
-        self.links[slot].ends[1] = 1 << last[0];
         self.links[slot].place = place.map(|p| p as u32);
         self.solids.forget(slot);
         self.link(slot);

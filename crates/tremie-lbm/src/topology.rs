@@ -51,8 +51,6 @@ pub(crate) struct Links {
     pub(crate) steps: [[Step; EDGE + 2]; 3],
     /// The last lane of a row that lies in the domain.
     pub(crate) last: u8,
-    /// Bits of the lanes of a row that a cell of another row enters, from below and from above: the first lane, and the last one in the domain.
-    pub(crate) ends: [u8; 2],
     /// Coordinates of the block.
     pub(crate) place: [u32; 3],
 }
@@ -252,7 +250,7 @@ mod tests {
         let steps = [0, 1, 2].map(|a| topology.steps(place[a], a));
         {
             let last = topology.last(place[0], 0) as u8;
-            Links { slots, steps, last, ends: [1, 1 << last], place: place.map(|p| p as u32) }
+            Links { slots, steps, last, place: place.map(|p| p as u32) }
         }
     }
 

@@ -1,6 +1,6 @@
 //! Numbers of a block, as memory likes them.
 //!
-//! A block has N numbers for each of its cells, 19 populations and a fill, say. They lie row by row: first the eight values of the
+//! A block has N numbers for each of its cells, 19 populations, say. They lie row by row: first the eight values of the
 //! first number in the cells of row 0, then those of the second, and so on; then the same for row 1. What the work on a row writes is thus
 //! one run of whole cache lines, and what it reads are nine such runs that its neighbours read too. With one
 //! array for each number a step goes along 38 streams of 2 kB at once, more than a processor foresees, and
@@ -40,8 +40,8 @@ impl<T, const N: usize> Values<T, N> {
         &mut self.0[row & (ROWS - 1)]
     }
 
-    /// Writes all numbers of a row; past the caches if nobody will read them before these have been overwritten many times. (A write into
-    /// a cache first fetches from memory what it is about to replace.)
+    /// Writes all numbers of a row; past the caches if the next step would not find them there anyway. (A write into a cache first
+    /// fetches from memory what it is about to replace.) [`written`] must follow before other threads read them.
     #[inline(always)]
     #[allow(unsafe_code)]
     pub(crate) fn put_row(&mut self, row: usize, numbers: impl Fn(usize) -> [T; LANES], past_caches: bool)
