@@ -74,10 +74,12 @@ impl Domain {
 /// One of the six sides of the domain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Side {
-    /// A wall to which the fluid sticks.
+    /// A wall.
     Wall {
         /// Velocity of the wall in m/s, within its own plane.
         velocity: DVec3,
+        /// What it does to the fluid.
+        surface: Surface,
     },
     /// A plane of symmetry.
     Symmetry,
@@ -86,8 +88,8 @@ pub enum Side {
 }
 
 impl Side {
-    /// A wall at rest.
-    pub const REST: Self = Self::Wall { velocity: DVec3::ZERO };
+    /// A wall at rest to which the fluid sticks.
+    pub const REST: Self = Self::Wall { velocity: DVec3::ZERO, surface: Surface::NoSlip };
 }
 
 /// Fluid at the start of the run.
@@ -107,7 +109,7 @@ pub struct Solid {
     /// Where it is at a time, from there.
     pub motion: Motion,
     /// What its surface does to the fluid.
-    pub surface: SolidSurface,
+    pub surface: Surface,
 }
 
 impl Solid {
@@ -146,13 +148,26 @@ pub enum Role {
     Formwork,
 }
 
-/// What the surface of a solid does to the fluid.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SolidSurface {
+/// What a wall, or the surface of a solid, does to the fluid along it: how fast the fluid slides under a wall stress.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Surface {
     /// The fluid sticks to it.
     NoSlip,
     /// The fluid slides along it without friction.
     FreeSlip,
+    /// The fluid slides as fast as if it went on beyond the surface, with the shear rate that it has there (Navier 1823).
+    Navier {
+        /// How far beyond the surface it would come to rest, in m; positive.
+        slip_length: f64,
+    },
+    /// The fluid sticks up to a stress, and slides on a film beyond it: stress = yield stress + viscosity x sliding speed.
+    /// So concrete slides in pipes, on a film of its finest (Kaplan 2001).
+    Film {
+        /// Yield stress of the film in Pa, not negative.
+        yield_stress: f64,
+        /// Viscosity of the film over its thickness in Pa s/m, positive.
+        viscosity: f64,
+    },
 }
 
 /// Numerical method and its settings.

@@ -4,7 +4,9 @@ use tremie_geometry::{Body, Motion, Shape};
 use tremie_numerics::DVec3;
 use tremie_rheology::{FlowCurve, Regularisation};
 
-use crate::case::{Case, Collision, Domain, FluidRegion, Lattice, Lbm, Method, Side, Solid, Stepping};
+use crate::case::{
+    Case, Collision, Domain, FluidRegion, Lattice, Lbm, Method, Side, Solid, Stepping, Surface,
+};
 use crate::document::Document;
 use crate::fault::Fault;
 use crate::schema::SIDE_KEYS;
@@ -113,7 +115,7 @@ fn sides(domain: &Domain, document: &Document<'_>) -> Result<(), Fault> {
                 )
                 .related(document.find(&path(opposite)), "the opposite side"));
             }
-            Side::Wall { velocity } if velocity[axis] != 0.0 => {
+            Side::Wall { velocity, .. } if velocity[axis] != 0.0 => {
                 return Err(Fault::new(
                     document.locate(&format!("{}.velocity.{axis}", path(index))),
                     format!("the wall `{}` must move within its own plane", SIDE_KEYS[index]),
@@ -149,6 +151,14 @@ fn scheme(lbm: &Lbm, case: &Case, document: &Document<'_>) -> Result<(), Fault> 
     if lbm.stepping == Stepping::Adaptive {
         let advice = "write \"fixed\", or leave out the preset or collision";
         return clash("stepping", "only the program's own scheme can change its steps", advice);
+    }
+    let slides = |side: &Side| matches!(side, Side::Wall { surface, .. } if *surface != Surface::NoSlip);
+    if let Some(index) = case.domain.sides.iter().position(slides) {
+        return Err(Fault::new(
+            document.locate(&format!("domain.sides.{}.surface", SIDE_KEYS[index])),
+            "only the program's own scheme knows walls along which the fluid slides",
+            format!("leave out `{asked}` under [lbm], or write \"no_slip\""),
+        ));
     }
     if !case.solids.is_empty() {
         return clash(

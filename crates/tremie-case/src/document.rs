@@ -614,3 +614,32 @@ impl<T> Kind for Choice<T> {
         object(json!({ "oneOf": words.collect::<Vec<_>>() }))
     }
 }
+
+/// One of a few words, or a table where words do not tell enough.
+pub(crate) struct WordOr<T: 'static> {
+    pub(crate) words: Choice<T>,
+    pub(crate) table: Section<T>,
+}
+
+impl<T: Copy> Kind for WordOr<T> {
+    type Out = T;
+
+    fn read(&self, value: &Value<'_>) -> Result<T, Fault> {
+        match value.get() {
+            DeValue::Table(_) => self.table.read(value),
+            DeValue::String(_) => self.words.read(value).map(|(.., meant)| *meant),
+            _ => {
+                let table = self.table.example.join(", ");
+                Err(value.wrong_type(format!("{}, or {{ {table} }}", self.words.written())))
+            }
+        }
+    }
+
+    fn example(&self, name: &str, key: &str) -> String {
+        self.words.example(name, key)
+    }
+
+    fn describe(&self) -> Map<String, serde_json::Value> {
+        object(json!({ "anyOf": [self.words.describe(), self.table.describe()] }))
+    }
+}

@@ -21,7 +21,7 @@ pub mod units;
 
 pub use case::{
     Case, Collision, Domain, FluidRegion, Gauges, Lattice, Lbm, Material, MeshFile, Method, Output,
-    Precision, Preset, Rest, Role, Side, Solid, SolidSurface, SpreadGauge, Stepping, Stop, Textbook,
+    Precision, Preset, Rest, Role, Side, Solid, SpreadGauge, Stepping, Stop, Surface, Textbook,
 };
 pub use fault::{CaseError, InvalidCase};
 

@@ -6,20 +6,19 @@
 
 use std::f64::consts::TAU;
 
-use serde_json::{Map, Value as Json, json};
-use toml::de::DeValue;
+use serde_json::{Value as Json, json};
 use tremie_geometry::{Body, Motion, Shape, Waypoint};
 use tremie_numerics::{DVec2, DVec3};
 use tremie_rheology::{FlowCurve, Regularisation};
 
 use crate::case::{
     Case, Collision, Domain, FluidRegion, Gauges, Lattice, Lbm, Material, Method, Output, Precision, Preset,
-    Rest, Role, Side, Solid, SolidSurface, SpreadGauge, Stepping, Stop,
+    Rest, Role, Side, Solid, SpreadGauge, Stepping, Stop, Surface,
 };
 use crate::describe::object;
 use crate::document::{
-    Bound, Choice, Document, Kind, List, Maybe, Need, Or, Quantity, Section, Switch, Text, Value, Variants,
-    Vector, maybe, need, or,
+    Bound, Choice, Document, Kind, List, Maybe, Need, Or, Quantity, Section, Switch, Text, Variants, Vector,
+    WordOr, maybe, need, or,
 };
 use crate::fault::Fault;
 use crate::stl::{self, Place};
@@ -364,10 +363,10 @@ const DOMAIN: Section<Domain> = {
 pub(crate) const SIDE_KEYS: [&str; 6] = ["x_min", "x_max", "y_min", "y_max", "z_min", "z_max"];
 
 const SIDES: Section<[Side; 6]> = {
-    const fn side(number: usize) -> Or<SideKind> {
-        or(SIDE_KEYS[number], "\"wall\"", "what bounds the box on this side", SideKind)
+    const fn side(number: usize) -> Or<WordOr<Side>> {
+        or(SIDE_KEYS[number], "\"wall\"", "what bounds the box on this side", SIDE)
     }
-    const KEYS: [Or<SideKind>; 6] = [side(0), side(1), side(2), side(3), side(4), side(5)];
+    const KEYS: [Or<WordOr<Side>>; 6] = [side(0), side(1), side(2), side(3), side(4), side(5)];
     Section {
         keys: &[&KEYS],
         example: &["x_min = \"symmetry\""],
@@ -381,50 +380,86 @@ const SIDES: Section<[Side; 6]> = {
     }
 };
 
-/// A word, or a table for a wall that moves.
-struct SideKind;
-
-impl SideKind {
-    const WORDS: Choice<Side> = Choice(&[
+const SIDE: WordOr<Side> = WordOr {
+    words: Choice(&[
         ("wall", "a wall to which the fluid sticks", Side::REST),
         ("symmetry", "a plane of symmetry", Side::Symmetry),
         ("periodic", "what leaves here enters on the opposite side", Side::Periodic),
-    ]);
-
-    const MOVING: Section<Side> = {
-        const VELOCITY: Need<Vector<3>> =
-            need("velocity", "velocity of the wall, within its own plane", MOTION);
+    ]),
+    table: {
+        const VELOCITY: Or<Vector<3>> = or(
+            "velocity",
+            "[\"0 m/s\", \"0 m/s\", \"0 m/s\"]",
+            "velocity of the wall, within its own plane",
+            MOTION,
+        );
+        const SURFACE_KEY: Or<WordOr<Surface>> =
+            or("surface", "\"no_slip\"", "what the wall does to the fluid", SURFACE);
         Section {
-            keys: &[&VELOCITY],
+            keys: &[&VELOCITY, &SURFACE_KEY],
             example: &["velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"]"],
-            read: |t| Ok(Side::Wall { velocity: t.need(&VELOCITY)?.into() }),
+            read: |t| Ok(Side::Wall { velocity: t.or(&VELOCITY)?.into(), surface: t.or(&SURFACE_KEY)? }),
         }
-    };
-}
+    },
+};
 
-impl Kind for SideKind {
-    type Out = Side;
+const SURFACE: WordOr<Surface> = WordOr {
+    words: Choice(&[
+        ("no_slip", "the fluid sticks to it", Surface::NoSlip),
+        ("free_slip", "the fluid slides along it without friction", Surface::FreeSlip),
+    ]),
+    table: Section {
+        keys: &[&FRICTIONS],
+        example: &["navier = { slip_length = \"80 mm\" }"],
+        read: |t| t.one_of(&FRICTIONS),
+    },
+};
 
-    fn read(&self, value: &Value<'_>) -> Result<Side, Fault> {
-        match value.get() {
-            DeValue::Table(_) => Self::MOVING.read(value),
-            DeValue::String(_) => Self::WORDS.read(value).map(|(.., side)| *side),
-            _ => Err(value.wrong_type(format!(
-                "{}, or {{ {} }}",
-                Self::WORDS.written(),
-                Self::MOVING.example[0]
-            ))),
-        }
+const FRICTIONS: Variants<Surface> = Variants {
+    what: "law",
+    sections: &[
+        ("navier", "law: it slides faster the faster it is sheared there", NAVIER),
+        (
+            "film",
+            "law: it sticks up to a stress, and beyond it slides on a thin film, as concrete does in pipes",
+            FILM,
+        ),
+    ],
+};
+
+const NAVIER: Section<Surface> = {
+    const SLIP_LENGTH: Need<Quantity> =
+        need("slip_length", "how far beyond the surface the fluid would come to rest", LENGTH_OR_ZERO);
+    Section {
+        keys: &[&SLIP_LENGTH],
+        example: &["slip_length = \"80 mm\""],
+        read: |t| {
+            let slip_length = t.need(&SLIP_LENGTH)?;
+            Ok(if slip_length > 0.0 { Surface::Navier { slip_length } } else { Surface::NoSlip })
+        },
     }
+};
 
-    fn example(&self, name: &str, key: &str) -> String {
-        Self::WORDS.example(name, key)
+const FILM: Section<Surface> = {
+    const WALL_YIELD_STRESS: Need<Quantity> = need(
+        "wall_yield_stress",
+        "stress up to which the fluid sticks",
+        quantity(Dimension::STRESS, Bound::NotNegative, "5 Pa"),
+    );
+    const WALL_VISCOSITY: Need<Quantity> = need(
+        "wall_viscosity",
+        "what the stress grows by with the speed at which the fluid slides",
+        quantity(Dimension::FILM_VISCOSITY, Bound::Positive, "300 Pa s/m"),
+    );
+    Section {
+        keys: &[&WALL_YIELD_STRESS, &WALL_VISCOSITY],
+        example: &["wall_yield_stress = \"5 Pa\"", "wall_viscosity = \"300 Pa s/m\""],
+        read: |t| {
+            let (yield_stress, viscosity) = (t.need(&WALL_YIELD_STRESS)?, t.need(&WALL_VISCOSITY)?);
+            Ok(Surface::Film { yield_stress, viscosity })
+        },
     }
-
-    fn describe(&self) -> Map<String, Json> {
-        object(json!({ "anyOf": [Self::WORDS.describe(), Self::MOVING.describe()] }))
-    }
-}
+};
 
 const FLUID: Section<FluidRegion> = {
     const VELOCITY: Or<Vector<3>> =
@@ -662,25 +697,22 @@ macro_rules! solid_shapes {
 const SOLID: Section<Solid> = {
     const MOTION_KEY: Maybe<Section<Motion>> =
         maybe("motion", "how it moves; it rests if this is absent", MOTIONS);
-    const SURFACE: Maybe<Choice<SolidSurface>> = maybe(
+    const SURFACE_KEY: Maybe<WordOr<Surface>> = maybe(
         "surface",
         "what its surface does to the fluid; free_slip for a cone_shell if absent, no_slip for all others",
-        Choice(&[
-            ("no_slip", "the fluid sticks to it", SolidSurface::NoSlip),
-            ("free_slip", "the fluid slides along it without friction", SolidSurface::FreeSlip),
-        ]),
+        SURFACE,
     );
     Section {
-        keys: &[&SOLID_SHAPES, &MOTION_KEY, &SURFACE],
+        keys: &[&SOLID_SHAPES, &MOTION_KEY, &SURFACE_KEY],
         example: &["box = { min = [\"0.2 m\", \"0 m\", \"0 m\"], max = [\"0.22 m\", \"0.1 m\", \"0.3 m\"] }"],
         read: |t| {
             let body = t.one_of(&SOLID_SHAPES)?;
             // To a mould that is lifted concrete must not stick: it would carry off several per cent as a film.
             let usual = match &body {
-                Body::Shape(Shape::ConeShell { .. }) => SolidSurface::FreeSlip,
-                _ => SolidSurface::NoSlip,
+                Body::Shape(Shape::ConeShell { .. }) => Surface::FreeSlip,
+                _ => Surface::NoSlip,
             };
-            let surface = t.maybe(&SURFACE)?.map_or(usual, |(.., surface)| *surface);
+            let surface = t.maybe(&SURFACE_KEY)?.unwrap_or(usual);
             Ok(Solid { body, motion: t.maybe(&MOTION_KEY)?.unwrap_or(Motion::REST), surface })
         },
     }

@@ -44,6 +44,8 @@ impl Dimension {
     pub const VISCOSITY: Self = Self([-1, 1, -1, 0]);
     /// Consistency of a power law of any index n, SI unit Pa s^n.
     pub const CONSISTENCY: Self = Self([-1, 1, -2, 1]);
+    /// Viscosity of a film over its thickness, SI unit Pa s/m.
+    pub const FILM_VISCOSITY: Self = Self([-2, 1, -1, 0]);
     /// Force, SI unit N.
     pub const FORCE: Self = Self([1, 1, -2, 0]);
     /// Torque, SI unit N m.
@@ -68,6 +70,7 @@ impl Dimension {
         (Self::STRESS_RATE, "a stress per time", &["Pa/s"]),
         (Self::VISCOSITY, "a viscosity", &["Pa s"]),
         (Self::CONSISTENCY, "a consistency", &["Pa s^n"]),
+        (Self::FILM_VISCOSITY, "a viscosity over a thickness", &["Pa s/m"]),
         (Self::FORCE, "a force", &["N"]),
         (Self::TORQUE, "a torque", &["N m"]),
         (Self::TORQUE_PER_RATE, "a torque per rate", &["N m s"]),

@@ -76,6 +76,14 @@ pub(crate) struct Moments<T> {
 pub(crate) const LEAST_RESISTANCE: f64 = 0.1;
 
 impl<T: Number> Moments<T> {
+    /// Shear component (a, b) of P that a collision left in the populations `f`, of this velocity and force.
+    pub(crate) fn stress_left(&self, f: &[T; Q], a: usize, b: usize) -> T {
+        let (ab, u) = ((1..Q).filter(|i| C[*i][a] * C[*i][b] != 0), self.velocity);
+        let second = ab.fold(T::ZERO, |sum, i| if C[i][a] == C[i][b] { sum + f[i] } else { sum - f[i] });
+        let half = |n: usize| T::from_f64(0.5) * self.force[n];
+        second - u[a] * (self.density * u[b] + half(b)) - half(a) * u[b]
+    }
+
     /// Relaxation rate: `1/omega - 1/2 = r (1/omega(q/r) - 1/2)`, which is the flow curve with stress and viscosity scaled by
     /// the resistance r.
     #[inline(always)]

@@ -16,6 +16,8 @@
 //! ```
 //!
 //! p is the pressure along n that the same sum asks for; in a fluid at rest the density's, in one that stands by its yield stress not.
+//! Where it slides with friction (module `friction`), the sum has a part across n: the wall stress, over the area A that the links stand
+//! for, that goes with the sliding speed. Surfaces along the lattice are left to that module.
 //!
 //! On a flat wall along the lattice that keeps the tangential momentum to rounding, as specular reflection does. On others
 //! the wall is a staircase, and specular reflection would catch the flow at every step: here mass goes into the steps that face the flow and comes
@@ -42,15 +44,20 @@ use crate::grid::Fill;
 use crate::lanes::Lanes;
 use crate::lattice::{C, Q, W, opposite};
 use crate::real::Real;
+use crate::relaxation::Relaxation;
 use crate::rows::SurfaceRow;
 use crate::solids::{Contact, Contacts};
 use crate::source::Source;
+use crate::together::Physics;
 use crate::topology::CELLS;
+use crate::wall::root;
 
 /// What keeps the velocity of a sliding wall from directions in which hardly a link points.
 const BLIND: f64 = 0.02;
 /// Least area across the normal, in twice the weights of links, that tells the pressure on a wall.
 const LEAST_FACING: f64 = 0.05;
+/// What [`LEAST_FACING`] is measured by, for a wall along the lattice: the area of a face of a cell.
+const AREA: f64 = 1.0 / 3.0;
 /// Share of a store that is put back in a step.
 const RETURNED: f64 = 5e-5;
 
@@ -79,18 +86,18 @@ impl<T: Real> Source<'_, T> {
 
     /// Lets the cells of a row meet the solids beside them.
     #[inline(never)]
-    pub(crate) fn meet_solids(
+    pub(crate) fn meet_solids<R: Relaxation<T>>(
         &self,
         row: &SurfaceRow,
         first: usize,
         contacts: &Contacts,
-        gravity: [T; 3],
+        physics: &Physics<T, R>,
         fill: &Fill<T>,
         f: &mut [Lanes<T>; Q],
         mass: &mut [f64; CELLS],
         exchange: &mut Exchange,
     ) {
-        let gravity = DVec3::from(gravity.map(T::to_f64));
+        let gravity = DVec3::from(physics.gravity.map(T::to_f64));
         for (k, contact) in contacts.iter().enumerate() {
             let Some(contact) = contact else { continue };
             let cell = first + k;
@@ -99,7 +106,9 @@ impl<T: Real> Source<'_, T> {
             let links = || (1..Q).filter(|i| row.immersed[*i] >> k & 1 == 1);
             let density = 1.0 + leaving.iter().sum::<f64>();
             let mut wall = contact.velocity;
-            if contact.slides {
+            let friction = self.solids.friction(contact.solid).filter(|_| !contact.along_lattice());
+            let slides = contact.slides || friction.is_some();
+            if slides {
                 let momentum: DVec3 = (1..Q).map(|i| vector(C[i]) * leaving[i]).sum();
                 let fill = if interface { fill[(0, cell)].to_f64().clamp(0.0, 1.0) } else { 1.0 };
                 let u = momentum / density - 0.5 * fill * gravity;
@@ -109,6 +118,7 @@ impl<T: Real> Source<'_, T> {
                     density,
                     interface,
                     self.solids.air,
+                    |stress| friction.map(|f| f.speed(T::from_f64(stress), &physics.law).to_f64()),
                     links().map(|i| (i, leaving[opposite(i)])),
                 );
             }
@@ -125,7 +135,7 @@ impl<T: Real> Source<'_, T> {
                 continue;
             }
             exchange.swept += swept;
-            if contact.slides {
+            if slides {
                 let returned = RETURNED * mass[cell];
                 mass[cell] += slid - returned;
                 for i in 0..Q {
@@ -169,7 +179,8 @@ impl<T: Real> Source<'_, T> {
     }
 }
 
-/// Velocity of a sliding wall beside fluid of the velocity `u`, which lets go of the fluid if there is air; `links` are velocities out of the
+/// Velocity of a sliding wall beside fluid of the velocity `u`, which lets go of the fluid if there is air; `friction` tells the speed at which
+/// the fluid slides under a wall stress, if there is any, and `links` are velocities out of the
 /// wall with the populations that enter it.
 fn sliding(
     contact: &Contact,
@@ -177,6 +188,7 @@ fn sliding(
     density: f64,
     interface: bool,
     air: bool,
+    friction: impl Fn(f64) -> Option<f64>,
     links: impl Iterator<Item = (usize, f64)>,
 ) -> DVec3 {
     let n = contact.normal;
@@ -207,5 +219,17 @@ fn sliding(
     let pressure = if facing > LEAST_FACING { traction.dot(n) / facing } else { density - 1.0 };
     // What is added to the matrix along the normal changes nothing across it.
     aside += outer(n);
-    wall - across(aside.inverse() * across(traction - pressure * area))
+    let free = wall - across(aside.inverse() * across(traction - pressure * area));
+    // Over the way from sticking to sliding freely the wall stress falls to nothing.
+    let stuck = across(contact.velocity);
+    let way = across(free) - stuck;
+    let most = way.length();
+    let borne = way.normalize_or_zero().dot(aside * way) * AREA / facing.max(LEAST_FACING);
+    match friction(borne) {
+        None => free,
+        Some(_) => {
+            let excess = |v: f64| v - friction(borne * (1.0 - v / most)).unwrap_or(v);
+            free - way * (1.0 - root(excess, 0.0, most) / most.max(f64::MIN_POSITIVE))
+        }
+    }
 }

@@ -16,6 +16,7 @@ mod ahead;
 mod collision;
 mod contact;
 mod fluid;
+mod friction;
 mod grid;
 mod initial;
 mod lanes;

@@ -72,7 +72,7 @@ impl Plan {
 
         let mut speed = (2.0 * gravity * height).sqrt();
         for side in &case.domain.sides {
-            if let Side::Wall { velocity } = side {
+            if let Side::Wall { velocity, .. } = side {
                 speed = speed.max(velocity.length());
             }
         }

@@ -40,6 +40,13 @@ pub trait Relaxation<N>: Send + Sync {
     /// Beyond no stress there is no fluid. `cell(v)` is the fluidity of the cell itself, t, and the growth, while
     /// the wall moves with v. At a rigid cell `t = traction - v/3`, and `growth` is the growth.
     fn wall_velocity(&self, traction: N, growth: N, cell: impl Fn(N) -> [N; 3]) -> N;
+
+    /// Shear rate s(tau) under the stress `stress >= 0`.
+    fn rate(&self, stress: N) -> N;
+
+    /// What v is after the equation of [`Relaxation::wall_velocity`] for a cell of the given fluidity, t, and growth; `traction` tells
+    /// which stresses are small.
+    fn half_cell(&self, traction: N, cell: [N; 3]) -> N;
 }
 
 /// A flow curve for one cell and for the cells of a row at once.
@@ -123,6 +130,22 @@ impl<N: Number> Relaxation<N> for Bingham<N::Scalar> {
         let (step, change) = (second - first, (first - rigid) - (second - first));
         let share = N::where_greater(change.abs(), N::TINY, step / change, N::ZERO);
         next(second + step * larger(smaller(share, N::from_f64(4.0)), -N::from_f64(0.5)))
+    }
+
+    #[inline(always)]
+    fn rate(&self, stress: N) -> N {
+        larger(stress - N::splat(self.yield_stress), N::ZERO) / N::splat(self.plastic_viscosity)
+    }
+
+    #[inline(always)]
+    fn half_cell(&self, _: N, [fluidity, wall, growth]: [N; 3]) -> N {
+        let wall = larger(wall, N::ZERO);
+        let rate = self.rate(wall);
+        let yielded = larger(rate - fluidity * wall, N::ZERO);
+        // The yielded share of the half-cell; all of it where the stress does not grow by more than that.
+        let excess = rate * N::splat(self.plastic_viscosity);
+        let rigid = rate * excess / larger(larger(growth, excess), N::TINY);
+        N::from_f64(0.25) * N::where_greater(fluidity, N::ZERO, yielded, rigid)
     }
 }
 

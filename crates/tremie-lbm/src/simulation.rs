@@ -1,12 +1,13 @@
 //! The method as a [`Simulation`]: one step, in the order in which things happen.
 
 use bytemuck::cast_slice;
-use tremie_case::{Case, Precision, Side, Stepping};
+use tremie_case::{Case, Precision, Side, Stepping, Surface};
 use tremie_output::state::{Array, State};
 use tremie_simulation::{Breakdown, Load, RestoreError, Simulation, Snapshot};
 
 use crate::adapt::{INTERVAL, Look, Watch};
 use crate::fluid::Fluid;
+use crate::friction::Friction;
 use crate::grid::{Grid, Kinds};
 use crate::initial::centre;
 use crate::lattice::Q;
@@ -63,12 +64,19 @@ pub struct LatticeBoltzmann<T: Real> {
 
 fn topology(case: &Case, scaling: &Scaling) -> Topology {
     let side = |n: usize| match case.domain.sides[n] {
-        Side::Wall { velocity } => Boundary::Wall(velocity.to_array().map(|u| scaling.velocity(u))),
+        // Without friction the flow goes on mirrored, whatever the wall does.
+        Side::Wall { surface: Surface::FreeSlip, .. } => Boundary::Symmetry,
+        Side::Wall { velocity, .. } => Boundary::Wall(velocity.to_array().map(|u| scaling.velocity(u))),
         Side::Symmetry => Boundary::Symmetry,
         Side::Periodic => Boundary::Periodic,
     };
     let sides = [[side(0), side(1)], [side(2), side(3)], [side(4), side(5)]];
-    Topology::new(case.domain.cells(scaling.cell_size), sides)
+    let friction = |n: usize| match case.domain.sides[n] {
+        Side::Wall { surface, .. } => Friction::new(surface, scaling),
+        _ => None,
+    };
+    let frictions = [[friction(0), friction(1)], [friction(2), friction(3)], [friction(4), friction(5)]];
+    Topology { frictions, ..Topology::new(case.domain.cells(scaling.cell_size), sides) }
 }
 
 /// What drives and resists, for a length of the time step.
@@ -82,7 +90,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         let scaling = Plan::new(case).scaling;
         let mut new = Self {
             case: case.clone(),
-            grid: Grid::new(topology(case, &scaling), Solids::new(case, scaling.cell_size)),
+            grid: Grid::new(topology(case, &scaling), Solids::new(case, &scaling)),
             scaling,
             fluid: fluid(case, &scaling),
             rows: Vec::new(),
@@ -97,7 +105,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         };
         new.grid.fill(case, &new.scaling);
         if !new.stand() {
-            new.grid = Grid::new(topology(case, &new.scaling), Solids::new(case, scaling.cell_size));
+            new.grid = Grid::new(topology(case, &new.scaling), Solids::new(case, &scaling));
             new.grid.fill(case, &new.scaling);
             new.rows.clear();
         }
@@ -219,13 +227,13 @@ impl<T: Real> LatticeBoltzmann<T> {
     fn change_step(&mut self, factor: f64) {
         self.scaling.time_step *= factor;
         self.fluid = fluid(&self.case, &self.scaling);
-        self.grid.topology.sides = topology(&self.case, &self.scaling).sides;
+        self.grid.topology = topology(&self.case, &self.scaling);
         self.grid.reweigh();
     }
 
     /// Finds rows and surface as the cells are now: the next step needs them, and so does a snapshot.
     fn arrange(&mut self) {
-        self.grid.solids.place(self.time, self.scaling.time_step);
+        self.grid.solids.place(self.time, &self.scaling);
         let interface = |kinds: &Kinds| kinds.interface != 0;
         self.grid.solids.air = self.grid.solids.any() && self.grid.kinds.iter().flatten().any(interface);
         self.grid.sort_rows(&mut self.rows);
@@ -293,7 +301,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         for slot in self.grid.slots() {
             self.ledger.swept += self.findings.get(slot).map_or(0.0, |found| found.exchange.swept);
         }
-        self.grid.solids.place(self.time, self.scaling.time_step);
+        self.grid.solids.place(self.time, &self.scaling);
         self.grid.sweep(self.time, &mut self.ledger);
         if self.steps.is_multiple_of(CRUMBS) {
             self.grid.remove_crumbs(&mut self.ledger);
@@ -392,7 +400,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         self.scaling.time_step = time_step;
         self.fluid = fluid(&self.case, &self.scaling);
         self.grid = grid;
-        self.grid.topology.sides = topology(&self.case, &self.scaling).sides;
+        self.grid.topology = topology(&self.case, &self.scaling);
         self.rows.clear();
         self.findings.clear();
         self.arrange();

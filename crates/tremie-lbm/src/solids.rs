@@ -4,10 +4,12 @@
 //! inside. That is asked again only when it may have changed: a row of cells whose centres are at least d away from a surface
 //! that moves no faster than v stays as it is for the time d/v.
 
-use tremie_case::{Case, Solid, SolidSurface};
+use tremie_case::{Case, Solid, Surface};
 use tremie_numerics::DVec3;
 
+use crate::friction::Friction;
 use crate::lanes::LANES;
+use crate::scaling::Scaling;
 use crate::topology::{Links, ROWS};
 
 /// Share of the time for which a row surely stays as it is that is made use of: keeps rounding out.
@@ -36,6 +38,8 @@ struct Placed {
     offset: DVec3,
     /// Velocity in the coming step in lattice units.
     velocity: DVec3,
+    /// Friction, if the fluid slides along it with any.
+    friction: Option<Friction>,
 }
 
 /// The solid that a cell is nearest to, in lattice units.
@@ -51,21 +55,32 @@ pub(crate) struct Contact {
     pub(crate) slides: bool,
 }
 
+/// Cosine of the angle up to which a surface counts as along the lattice.
+const ALONG: f64 = 0.9999;
+
+impl Contact {
+    /// Whether the surface lies along the lattice.
+    pub(crate) fn along_lattice(&self) -> bool {
+        self.normal.abs().max_element() > ALONG
+    }
+}
+
 /// Contacts of the cells of a row.
 pub(crate) type Contacts = [Option<Contact>; LANES];
 
 impl Solids {
-    /// The solids of a case, drawn for cells of the edge `size` in m, at time zero.
-    pub(crate) fn new(case: &Case, size: f64) -> Self {
+    /// The solids of a case at time zero.
+    pub(crate) fn new(case: &Case, scaling: &Scaling) -> Self {
         let place = |solid: &Solid| Placed {
             solid: solid.clone(),
             offset: solid.motion.offset(0.0),
             velocity: DVec3::ZERO,
+            friction: Friction::new(solid.surface, scaling),
         };
         Self {
             bodies: case.solids.iter().map(place).collect(),
             corner: case.domain.min,
-            size,
+            size: scaling.cell_size,
             until: Vec::new(),
             still: false,
             air: false,
@@ -82,11 +97,13 @@ impl Solids {
         !self.bodies.is_empty()
     }
 
-    /// Puts the solids where they are at a time in s, with the velocities that take them on in a step of that length.
-    pub(crate) fn place(&mut self, time: f64, step: f64) {
+    /// Puts the solids where they are at a time in s, with the velocities that take them on in a step.
+    pub(crate) fn place(&mut self, time: f64, scaling: &Scaling) {
         for body in &mut self.bodies {
             body.offset = body.solid.motion.offset(time);
-            body.velocity = (body.solid.motion.offset(time + step) - body.offset) / self.size;
+            let next = body.solid.motion.offset(time + scaling.time_step);
+            body.velocity = (next - body.offset) / self.size;
+            body.friction = Friction::new(body.solid.surface, scaling);
         }
         self.still = self.bodies.iter().all(|body| body.solid.motion.largest_speed(time) == 0.0);
     }
@@ -131,7 +148,7 @@ impl Solids {
         });
         let (_, n, normal) = found.min_by(|a, b| a.0.total_cmp(&b.0))?;
         let body = &self.bodies[n];
-        let slides = body.solid.surface == SolidSurface::FreeSlip;
+        let slides = body.solid.surface == Surface::FreeSlip;
         Some(Contact { solid: n, velocity: body.velocity, normal, slides })
     }
 
@@ -179,9 +196,14 @@ impl Solids {
         bits
     }
 
+    /// Friction of the solid number `n`, if the fluid slides along it with any.
+    pub(crate) fn friction(&self, n: usize) -> Option<Friction> {
+        self.bodies[n].friction
+    }
+
     /// Whether the fluid slides along any.
     pub(crate) fn any_slide(&self) -> bool {
-        self.bodies.iter().any(|body| body.solid.surface == SolidSurface::FreeSlip)
+        self.bodies.iter().any(|body| body.solid.surface != Surface::NoSlip)
     }
 
     /// For each solid that meets a domain of so many cells, the first cells and the ends of the box around it.
@@ -233,9 +255,10 @@ mod tests {
             "#,
         )
         .unwrap();
-        let mut solids = Solids::new(&case, 0.01);
+        let scaling = Scaling { cell_size: 0.01, time_step: 1e-3, density: 2300.0 };
+        let mut solids = Solids::new(&case, &scaling);
         for (time, still) in [(0.0, false), (0.9, false), (1.0, true), (1.5, true)] {
-            solids.place(time, 1e-3);
+            solids.place(time, &scaling);
             assert_eq!(solids.still, still, "{time}");
         }
     }

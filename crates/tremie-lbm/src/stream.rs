@@ -96,7 +96,7 @@ struct Block<'a, T> {
 
 impl<T: Real> Held<Lanes<T>> {
     /// That of one cell.
-    fn of(self, lane: usize) -> Held<T> {
+    pub(crate) fn of(self, lane: usize) -> Held<T> {
         match self {
             Self::Whole => Held::Whole,
             Self::Partly { mass, least } => Held::Partly { mass: mass.0[lane], least: least.0[lane] },
@@ -162,12 +162,12 @@ impl<'a, T: Real> Source<'a, T> {
         row: &SurfaceRow,
         physics: &Physics<T, R>,
         held: Held<Lanes<T>>,
-        slides: u8,
+        slides: [u8; 6],
         f: &mut Populations<T>,
     ) {
         let first = first_of(row.row);
         for face in 0..FACES.len() {
-            let flat = row.flat[face] & !slides;
+            let flat = row.flat[face] & !slides[face];
             if flat == 0 {
                 continue;
             }
@@ -244,7 +244,7 @@ impl<'a, T: Real> Source<'a, T> {
         }
         let held = [held, least];
         if row.any_immersed != 0 {
-            self.meet_solids(row, first, &contacts, physics.gravity, fill, f, mass, exchange);
+            self.meet_solids(row, first, &contacts, physics, fill, f, mass, exchange);
         }
         let wet = row.kinds.wet();
         if wet != 0xff {
@@ -252,8 +252,13 @@ impl<'a, T: Real> Source<'a, T> {
                 *f = f.only(wet);
             }
         }
+        let rubbing = self.rubbing(row, &contacts);
+        let rubs = rubbing.map(|rubbing| rubbing.along[0] | rubbing.along[1]);
         if !Relaxation::<T>::is_newtonian(&physics.law) {
-            self.yield_at_walls(row, physics, held.into(), slides, f);
+            self.yield_at_walls(row, physics, held.into(), rubs.map(|rubs| rubs | slides), f);
+        }
+        if rubs != [0; 6] {
+            self.slide_at_walls(row, &rubbing, &contacts, physics, held.into(), f);
         }
         if row.any_immersed != 0 && !exchange.loads.is_empty() {
             self.load_solids(row, first, &contacts, f, &mut exchange.loads);

@@ -79,6 +79,13 @@ impl<T: Real> Tabulated<T> {
     }
 }
 
+/// A growth of the stress over which the difference of two integrals is not lost in rounding.
+#[inline(always)]
+fn told<N: Number>(growth: N, traction: N) -> N {
+    let least = larger(N::from_f64(LEAST_GROWTH) * traction, N::TINY);
+    N::where_greater(growth.abs(), least, growth, least)
+}
+
 impl<N: Number> Relaxation<N> for Tabulated<N::Scalar> {
     const BY_ROW: bool = true;
 
@@ -99,21 +106,9 @@ impl<N: Number> Relaxation<N> for Tabulated<N::Scalar> {
     #[inline(always)]
     fn wall_velocity(&self, traction: N, _: N, cell: impl Fn(N) -> [N; 3]) -> N {
         let (two, four, third) = (N::from_f64(2.0), N::from_f64(4.0), N::from_f64(1.0 / 3.0));
-        // Over less than this the difference of two integrals would be lost in rounding.
-        let least = larger(N::from_f64(LEAST_GROWTH) * traction, N::TINY);
-        let half_cell = |v: N| {
-            let [fluidity, wall, growth] = cell(v);
-            [fluidity, wall, N::where_greater(growth.abs(), least, growth, least)]
-        };
-        let excess = |v: N| {
-            let [fluidity, wall, growth] = half_cell(v);
-            let wall = larger(wall, N::ZERO);
-            let centre = larger(wall - growth, N::ZERO);
-            let mean = (self.integral.at(wall) - self.integral.at(centre)) / growth;
-            four * v - (two * mean - self.rate.at(centre) - fluidity * wall)
-        };
+        let excess = |v: N| four * (v - self.half_cell(traction, cell(v)));
         let (mut v0, mut f0) = (N::ZERO, excess(N::ZERO));
-        let [_, _, growth] = half_cell(N::ZERO);
+        let growth = told(cell(N::ZERO)[2], traction);
         let curve = (self.rate.at(traction) - self.rate.at(larger(traction - growth, N::ZERO))) / growth;
         let mut v = -f0 / (four + two * third * curve);
         for _ in 0..TURNS {
@@ -125,6 +120,20 @@ impl<N: Number> Relaxation<N> for Tabulated<N::Scalar> {
             v -= f / slope;
         }
         v
+    }
+
+    #[inline(always)]
+    fn rate(&self, stress: N) -> N {
+        self.rate.at(stress)
+    }
+
+    #[inline(always)]
+    fn half_cell(&self, traction: N, [fluidity, wall, growth]: [N; 3]) -> N {
+        let growth = told(growth, traction);
+        let wall = larger(wall, N::ZERO);
+        let centre = larger(wall - growth, N::ZERO);
+        let mean = (self.integral.at(wall) - self.integral.at(centre)) / growth;
+        N::from_f64(0.25) * (N::from_f64(2.0) * mean - self.rate.at(centre) - fluidity * wall)
     }
 }
 

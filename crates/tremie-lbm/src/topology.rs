@@ -8,6 +8,8 @@
 //! are mirrored too; beyond a wall lies solid. All of this is resolved when a neighbour is looked up, so no values are
 //! copied to ghost cells and kernels need no special cases.
 
+use crate::friction::Friction;
+
 /// Cells along the edge of a block.
 pub(crate) const EDGE: usize = 8;
 /// Rows in a block.
@@ -135,11 +137,13 @@ pub(crate) struct Topology {
     pub(crate) blocks: [usize; 3],
     /// For each axis the lower and the upper side.
     pub(crate) sides: [[Boundary; 2]; 3],
+    /// Friction of sides along which the fluid slides.
+    pub(crate) frictions: [[Option<Friction>; 2]; 3],
 }
 
 impl Topology {
     pub(crate) fn new(cells: [usize; 3], sides: [[Boundary; 2]; 3]) -> Self {
-        Self { cells, blocks: cells.map(|n| n.div_ceil(EDGE)), sides }
+        Self { cells, blocks: cells.map(|n| n.div_ceil(EDGE)), sides, frictions: [[None; 2]; 3] }
     }
 
     /// Number of the block with coordinates `place`.
@@ -201,6 +205,11 @@ impl Topology {
             }
         }
         steps
+    }
+
+    /// Whether the fluid slides with friction along any side.
+    pub(crate) fn rubs(&self) -> bool {
+        self.frictions.iter().flatten().any(Option::is_some)
     }
 
     /// Whether any wall moves.

@@ -39,8 +39,12 @@
 
 use crate::collision::{LEAST_RESISTANCE, Moments};
 use crate::lattice::{C, Q};
-use crate::real::{Number, larger};
+use crate::real::{Number, Real, larger};
 use crate::relaxation::Relaxation;
+
+/// Turns at most, and share of the interval, after which a sliding velocity counts as found.
+const TURNS: usize = 60;
+const NEAR: f64 = 1e-7;
 
 /// The six faces of a cell as (axis, sign of the normal that points from the wall into the fluid).
 pub(crate) const FACES: [(usize, i32); 6] = [(0, 1), (0, -1), (1, 1), (1, -1), (2, 1), (2, -1)];
@@ -81,6 +85,60 @@ pub(crate) fn flat(solid: &[u8; Q]) -> [u8; 6] {
     })
 }
 
+/// A cell at a flat wall: how its stress and that at the wall depend on a velocity v of the wall along its traction.
+struct Beside<'a, T, R> {
+    law: &'a R,
+    /// Unit vector of the traction, along the two tangents.
+    direction: [T; 2],
+    /// Size of the traction with the wall at rest, as if the cell were rigid, so that P is its stress.
+    size: T,
+    /// P along it, with the wall at rest.
+    along: T,
+    stress: [T; 2],
+    /// What of 2 P:P the wall's velocity leaves alone.
+    rest: T,
+    density: T,
+    /// Fill, not too small. In a film the stress falls to nothing at its surface, not at the end of the cell.
+    fill: T,
+}
+
+impl<'a, T: Number, R: Relaxation<T>> Beside<'a, T, R> {
+    /// From the cell's moments, its measure P of stress on the plane of the wall, the momentum that the wall takes, both with the wall at
+    /// rest, and the body force, along the two tangents each.
+    #[inline(always)]
+    fn new(m: &Moments<T>, stress: [T; 2], taken: [T; 2], force: [T; 2], law: &'a R) -> Self {
+        let (half, four) = (T::from_f64(0.5), T::from_f64(4.0));
+        let traction: [T; 2] = std::array::from_fn(|n| {
+            let still = taken[n] - T::from_f64(1.0 / 6.0) * force[n];
+            still + half * (still - stress[n])
+        });
+        let size = (traction[0] * traction[0] + traction[1] * traction[1]).sqrt();
+        let least = larger(size, T::TINY);
+        let direction = [traction[0] / least, traction[1] / least];
+        let along = direction[0] * stress[0] + direction[1] * stress[1];
+        let all = m.q * m.density * T::from_f64(2.0 / 3.0);
+        let rest = all * all - four * (stress[0] * stress[0] + stress[1] * stress[1]);
+        let fill = larger(m.fill, T::from_f64(LEAST_RESISTANCE));
+        Self { law, direction, size, along, stress, rest, density: m.density, fill }
+    }
+
+    /// Fluidity of the cell, traction, and its growth over the half-cell.
+    #[inline(always)]
+    fn at(&self, v: T) -> [T; 3] {
+        let (two, third) = (T::from_f64(2.0), T::from_f64(1.0 / 3.0));
+        let reduced = |n: usize| self.stress[n] - third * v * self.direction[n];
+        let left = [reduced(0), reduced(1)];
+        let square = self.rest + T::from_f64(4.0) * (left[0] * left[0] + left[1] * left[1]);
+        let q = T::from_f64(1.5) / self.density * larger(square, T::ZERO).sqrt();
+        let omega = self.law.omega(q);
+        // P is the flow curve's stress and a sixth of the shear rate.
+        let measure = self.along - third * v;
+        let resisted = (T::ONE - omega / two) * measure;
+        let wall = self.size - third * v + T::from_f64(0.5) * (measure - resisted);
+        [T::from_f64(6.0) * omega / (two - omega), wall, (wall - resisted) / self.fill]
+    }
+}
+
 /// Velocity along the two tangents that the wall needs, given the cell's moments, its measure P of stress on the plane of the wall,
 /// the momentum that the wall takes, both with the wall at rest, and the body force.
 #[inline(always)]
@@ -91,39 +149,102 @@ pub(crate) fn wall_velocity<T: Number, R: Relaxation<T>>(
     force: [T; 2],
     law: &R,
 ) -> [T; 2] {
-    let (third, four) = (T::from_f64(1.0 / 3.0), T::from_f64(4.0));
-    let half = T::from_f64(0.5);
-    // As if the cell were rigid, so that P is its stress.
-    let traction: [T; 2] = std::array::from_fn(|n| {
-        let still = taken[n] - T::from_f64(1.0 / 6.0) * force[n];
-        still + half * (still - stress[n])
-    });
-    let size = (traction[0] * traction[0] + traction[1] * traction[1]).sqrt();
-    let least = larger(size, T::TINY);
-    let direction = [traction[0] / least, traction[1] / least];
-    let along = direction[0] * stress[0] + direction[1] * stress[1];
-    // What of 2 P:P the wall velocity leaves alone.
-    let all = m.q * m.density * T::from_f64(2.0 / 3.0);
-    let rest = all * all - four * (stress[0] * stress[0] + stress[1] * stress[1]);
-    // In a film the stress falls to nothing at its surface, not at the end of the cell.
-    let fill = larger(m.fill, T::from_f64(LEAST_RESISTANCE));
-    let cell = |v: T| {
-        let reduced = |n: usize| stress[n] - third * v * direction[n];
-        let left = [reduced(0), reduced(1)];
-        let square = rest + four * (left[0] * left[0] + left[1] * left[1]);
-        let q = T::from_f64(1.5) / m.density * larger(square, T::ZERO).sqrt();
-        let omega = law.omega(q);
-        let two = T::from_f64(2.0);
-        // P is the flow curve's stress and a sixth of the shear rate.
-        let measure = along - third * v;
-        let resisted = (T::ONE - omega / two) * measure;
-        let wall = size - third * v + half * (measure - resisted);
-        [T::from_f64(6.0) * omega / (two - omega), wall, (wall - resisted) / fill]
-    };
-    let v = law.wall_velocity(size, (size - along) / fill, cell);
+    let cell = Beside::new(m, stress, taken, force, law);
+    let v = law.wall_velocity(cell.size, (cell.size - cell.along) / cell.fill, |v| cell.at(v));
     // A film may slide, but is not pushed back: what its cell shears by is not that of fluid up to the cell's end.
     let v = T::where_greater(T::ONE, m.fill, larger(v, T::ZERO), v);
-    [v * direction[0], v * direction[1]]
+    cell.direction.map(|along| v * along)
+}
+
+/// The same for a wall along which the fluid slides at the speed `slides` of the wall stress; the wall stress too. `left` is the stress P
+/// that the last collision left.
+///
+/// The wall may move already, by `so_far`; what comes on top is given. If it does not, the other parts of P are unknown, as the cell's
+/// velocity is not yet near what it will be, and count as none.
+///
+/// In a rigid cell P alternates between steps for ever, as nothing but its mean is the cell's own, and a wall that went by it would
+/// slide by jerks, which stop where there is no stress and so are too fast on average. The stress of such a cell is the mean of P
+/// before this collision and after the last one, which is `(1 - omega/2) P` in a steady flow; where omega is 1 or more, P tells more.
+pub(crate) fn sliding_velocity<T: Real, R: Relaxation<T>>(
+    m: &Moments<T>,
+    stress: [T; 2],
+    left: [T; 2],
+    taken: [T; 2],
+    force: [T; 2],
+    law: &R,
+    slides: impl Fn(T) -> T,
+    so_far: Option<[T; 2]>,
+) -> [[T; 2]; 2] {
+    let (half, third, four) = (T::from_f64(0.5), T::from_f64(1.0 / 3.0), T::from_f64(4.0));
+    let square = |v: [T; 2]| v[0] * v[0] + v[1] * v[1];
+    let mean: [T; 2] = std::array::from_fn(|n| half * (stress[n] + left[n]));
+    let still: [T; 2] = std::array::from_fn(|n| taken[n] - T::from_f64(1.0 / 6.0) * force[n]);
+    let wall: [T; 2] = std::array::from_fn(|n| still[n] + half * (still[n] - mean[n]));
+    let size = larger(square(wall).sqrt(), T::TINY);
+    let direction = wall.map(|t| t / size);
+    let along = |v: [T; 2]| v[0] * direction[0] + v[1] * direction[1];
+    let (stress_along, mean_along, still_along) = (along(stress), along(mean), along(still));
+    let all = m.q * m.density * T::from_f64(2.0 / 3.0);
+    // What of 2 P:P the wall's velocity leaves alone, and what of it lies across the traction.
+    let others = if so_far.is_some() { all * all - four * square(stress) } else { T::ZERO };
+    let before = along(so_far.unwrap_or([T::ZERO; 2]));
+    let aside = larger(square(mean) - mean_along * mean_along, T::ZERO);
+    let fluidity = |stress: T| {
+        let all = half * larger(others + four * (stress * stress + aside), T::ZERO).sqrt();
+        law.rate(all) / larger(all, T::TINY)
+    };
+    let fill = larger(m.fill, T::from_f64(LEAST_RESISTANCE));
+    // A velocity v of the wall takes v/3 off P and off the momentum.
+    let state = |v: T| {
+        let (eased, mean) = (third * v, mean_along - half * third * v);
+        let by_mean = fluidity(mean);
+        let omega = by_mean / (T::from_f64(3.0) + half * by_mean);
+        let now = (T::ONE - half * omega) * (stress_along - eased);
+        let resisted = now + larger(T::ONE - omega, T::ZERO) * (mean - now);
+        let still = still_along - eased;
+        let wall = still + half * (still - resisted);
+        [fluidity(resisted), wall, (wall - resisted) / fill]
+    };
+    // Grows with v; at the upper end there is no stress left.
+    let excess = |v: T| {
+        let state = state(v);
+        before + v - slides(larger(state[1], T::ZERO)) - law.half_cell(size, state)
+    };
+    // A film is not pushed back, as above.
+    let most = T::from_f64(3.0) * larger(larger(still_along, mean_along), stress_along);
+    let least = if T::ONE > m.fill { -before } else { -(size + before.abs()) };
+    let v = root(excess, least, larger(most, size));
+    let wall = state(v)[1];
+    [direction.map(|along| v * along), direction.map(|along| wall * along)]
+}
+
+/// Where a function that grows from `low` to `high` is zero (regula falsi, Anderson and Bjoerck 1973), or the end nearer to that.
+pub(crate) fn root<T: Real>(f: impl Fn(T) -> T, mut low: T, mut high: T) -> T {
+    let (mut f_low, mut f_high) = (f(low), f(high));
+    let close = T::from_f64(NEAR) * (high - low);
+    if f_low >= T::ZERO || f_high <= T::ZERO {
+        return if f_low >= T::ZERO { low } else { high };
+    }
+    let mut middle = high;
+    for _ in 0..TURNS {
+        middle = high - f_high * (high - low) / (f_high - f_low);
+        let f_middle = f(middle);
+        if f_middle > T::ZERO {
+            let share = T::ONE - f_middle / f_high;
+            f_low = f_low * if share > T::ZERO { share } else { T::from_f64(0.5) };
+            (high, f_high) = (middle, f_middle);
+        } else if f_middle < T::ZERO {
+            let share = T::ONE - f_middle / f_low;
+            f_high = f_high * if share > T::ZERO { share } else { T::from_f64(0.5) };
+            (low, f_low) = (middle, f_middle);
+        } else {
+            return middle;
+        }
+        if close > high - low {
+            break;
+        }
+    }
+    middle
 }
 
 #[cfg(test)]

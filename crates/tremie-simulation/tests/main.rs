@@ -158,7 +158,7 @@ impl Simulation for Cake {
 }
 
 fn case() -> Case {
-    let wall = Side::Wall { velocity: DVec3::ZERO };
+    let wall = Side::REST;
     Case {
         title: "Cake".into(),
         material: Material { density: 2300.0, curve: FlowCurve::Newtonian { viscosity: 1.0 } },

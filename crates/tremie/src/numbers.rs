@@ -275,7 +275,7 @@ impl Numbers {
 /// Largest speed in m/s that the case itself gives to a wall or to fluid.
 fn fastest(case: &Case) -> f64 {
     let walls = case.domain.sides.iter().map(|side| match side {
-        Side::Wall { velocity } => velocity.length(),
+        Side::Wall { velocity, .. } => velocity.length(),
         Side::Symmetry | Side::Periodic => 0.0,
     });
     walls.chain(case.fluid.iter().map(|region| region.velocity.length())).fold(0.0, f64::max)

@@ -27,7 +27,7 @@ fn every_value_arrives_in_si_units() {
                 Side::REST,
                 Side::Symmetry,
                 Side::REST,
-                Side::Wall { velocity: DVec3::new(0.1, 0.0, 0.0) },
+                Side::Wall { velocity: DVec3::new(0.1, 0.0, 0.0), surface: Surface::NoSlip },
                 Side::REST,
             ],
         },
@@ -167,13 +167,13 @@ surface = "free_slip"
         thickness: 0.002,
     };
     let lifted = Motion::Uniform(DVec3::new(0.0, 0.0, 0.15));
-    assert_eq!(*mould, Solid { body: Body::Shape(shell), motion: lifted, surface: SolidSurface::FreeSlip });
+    assert_eq!(*mould, Solid { body: Body::Shape(shell), motion: lifted, surface: Surface::FreeSlip });
     let point = |time, x| Waypoint { time, offset: DVec3::new(x, 0.0, 0.0) };
     assert_eq!(gate.motion, Motion::Path(vec![point(1.0, 0.0), point(3.0, 1.0)]));
-    assert_eq!(gate.surface, SolidSurface::NoSlip);
+    assert_eq!(gate.surface, Surface::NoSlip);
     assert!(gate.body.signed_distance(DVec3::new(0.002, 0.0005, 0.005)) < 0.0);
     assert!(gate.body.signed_distance(DVec3::new(0.0, 0.0005, 0.005)) > 0.0);
-    assert_eq!((&slope.motion, slope.surface), (&Motion::REST, SolidSurface::FreeSlip));
+    assert_eq!((&slope.motion, slope.surface), (&Motion::REST, Surface::FreeSlip));
     assert!((slope.body.signed_distance(DVec3::new(0.0, 0.0, 0.002)) - 0.0008).abs() < 1e-15);
 }
 

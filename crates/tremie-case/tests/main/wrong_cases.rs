@@ -46,6 +46,28 @@ const MISTAKES: &[Mistake] = &[
     mistake("[material.bingham]", "[material.power_law]", 7, 1, "known keys: consistency, index"),
     mistake("x_min", "left", 15, 1, "known keys: x_min, x_max, y_min"),
     mistake("top_diameter", "diameter", 21, 66, "in `fluid.cone`"),
+    // Walls along which the fluid slides.
+    mistake(
+        "\nx_min = \"symmetry\"",
+        "\nx_min = { surface = { slip_length = \"1 mm\" } }",
+        15,
+        23,
+        "known keys: navier, film",
+    ),
+    mistake(
+        "\nx_min = \"symmetry\"",
+        "\nx_min = { surface = { navier = {}, film = {} } }",
+        15,
+        43,
+        "is a second law",
+    ),
+    mistake(
+        "\nx_min = \"symmetry\"",
+        "\nx_min = { surface = { film = { wall_yield_stress = \"5 Pa\" } } }",
+        15,
+        30,
+        "add wall_viscosity = \"300 Pa s/m\"",
+    ),
     // Schemes of the textbooks.
     mistake(
         "cell_size =",

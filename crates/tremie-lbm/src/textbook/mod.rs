@@ -171,7 +171,7 @@ impl<const Q: usize> Dense<Q> {
                 x as usize
             } else {
                 match self.case.domain.sides[2 * axis + usize::from(x >= n)] {
-                    Side::Wall { velocity } => {
+                    Side::Wall { velocity, .. } => {
                         return From::Wall(velocity.to_array().map(|u| self.scaling.velocity(u)));
                     }
                     Side::Symmetry => {

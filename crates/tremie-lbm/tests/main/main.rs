@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod conservation;
+mod friction;
 mod invariance;
 mod rest;
 mod solids;

@@ -16,40 +16,40 @@ use super::profile::Model;
 /// Share of the largest velocity by which a flow may still change in one diffusion time when it counts as steady: far
 /// below the tolerance of each benchmark.
 const STEADY: f64 = 1e-9;
-const NEARLY_STEADY: f64 = 1e-7;
+pub(super) const NEARLY_STEADY: f64 = 1e-7;
 
 /// Share of the shear rate at the wall up to which a cell belongs to the plug: a plug does not shear at all.
 const PLUG: f64 = 0.0;
 
 /// Cells across.
-const CELLS: [usize; 3] = [16, 32, 64];
+pub(super) const CELLS: [usize; 3] = [16, 32, 64];
 
 /// Height in m between the planes.
-fn gap(case: &Case) -> f64 {
+pub(super) fn gap(case: &Case) -> f64 {
     case.domain.max.z - case.domain.min.z
 }
 
 /// Time in s in which momentum diffuses across `height` m: the slowest mode decays by e in pi^2 times less.
-fn diffusion_time(case: &Case, height: f64) -> f64 {
+pub(super) fn diffusion_time(case: &Case, height: f64) -> f64 {
     height * height * case.material.density / case.material.curve.plastic_viscosity()
 }
 
 /// Makes the domain 8 x 1 x `cells` cells of the size `size` in m.
-fn set_cells(case: &mut Case, size: f64, cells: usize) {
+pub(super) fn set_cells(case: &mut Case, size: f64, cells: usize) {
     lattice(case).cell_size = size;
     case.domain.max = case.domain.min + size * DVec3::new(8.0, 1.0, cells as f64);
 }
 
 /// Height z in m, fill, velocity along x in m/s, shear rate in 1/s and stress in Pa of the cells of one column.
-struct Level {
-    z: f64,
+pub(super) struct Level {
+    pub(super) z: f64,
     fill: f64,
-    u: f64,
+    pub(super) u: f64,
     rate: f64,
     stress: f64,
 }
 
-fn column(cells: &Cells) -> Vec<Level> {
+pub(super) fn column(cells: &Cells) -> Vec<Level> {
     column_at(cells, 0)
 }
 
@@ -70,7 +70,7 @@ fn column_at(cells: &Cells, i: usize) -> Vec<Level> {
 }
 
 /// Norm of the difference between the velocities of a column and `exact(z)`, over the norm of the latter.
-fn l2_error(column: &[Level], exact: impl Fn(f64) -> f64) -> f64 {
+pub(super) fn l2_error(column: &[Level], exact: impl Fn(f64) -> f64) -> f64 {
     let square = |f: &dyn Fn(&Level) -> f64| column.iter().map(|level| f(level).powi(2)).sum::<f64>();
     (square(&|level| level.u - exact(level.z)) / square(&|level| exact(level.z))).sqrt()
 }
@@ -82,17 +82,17 @@ fn largest_error(column: &[Level], exact: impl Fn(f64) -> f64) -> f64 {
 
 /// The flow of a channel that a body force drives along x (Bird, Dai and Yarusso 1983, Eq. 5.1-5.3, for the Bingham
 /// fluid).
-struct Poiseuille {
+pub(super) struct Poiseuille {
     /// Half the gap in m.
-    half_gap: f64,
+    pub(super) half_gap: f64,
     /// Shear stress at the walls in Pa.
-    wall_stress: f64,
+    pub(super) wall_stress: f64,
     yield_stress: f64,
     viscosity: f64,
 }
 
 impl Poiseuille {
-    fn of(case: &Case) -> Self {
+    pub(super) fn of(case: &Case) -> Self {
         let half_gap = 0.5 * gap(case);
         Self {
             half_gap,
@@ -103,7 +103,7 @@ impl Poiseuille {
     }
 
     /// Share of the gap that the plug takes.
-    fn plug(&self) -> f64 {
+    pub(super) fn plug(&self) -> f64 {
         self.yield_stress / self.wall_stress
     }
 
@@ -115,7 +115,7 @@ impl Poiseuille {
     }
 
     /// Velocity in m/s at the height `z` m above the middle of a channel whose lower wall is at zero.
-    fn at(&self, z: f64) -> f64 {
+    pub(super) fn at(&self, z: f64) -> f64 {
         self.velocity(z / self.half_gap - 1.0)
     }
 }
@@ -261,7 +261,7 @@ pub(super) fn channel_carreau(context: &Context) -> anyhow::Result<Vec<Check>> {
 pub(super) fn couette_bingham(context: &Context) -> anyhow::Result<Vec<Check>> {
     let mut checks = Vec::new();
     for ((case, column), cells) in channels(context, None, NEARLY_STEADY)?.iter().zip(CELLS) {
-        let Side::Wall { velocity } = case.domain.sides[5] else {
+        let Side::Wall { velocity, .. } = case.domain.sides[5] else {
             anyhow::bail!("the upper side must be a wall");
         };
         let rate = velocity.x / gap(case);
@@ -374,7 +374,7 @@ pub(super) fn couette_return(context: &Context) -> anyhow::Result<Vec<Check>> {
         .with_max_len(1)
         .map(|(number, cells)| {
             let mut case = context.case("case.toml")?;
-            let Side::Wall { velocity } = case.domain.sides[5] else {
+            let Side::Wall { velocity, .. } = case.domain.sides[5] else {
                 anyhow::bail!("the upper side must be a wall");
             };
             let size = gap(&case) / *cells as f64;

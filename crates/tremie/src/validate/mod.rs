@@ -1,6 +1,6 @@
 //! `tremie validate`: benchmarks against closed forms, published numbers and invariances.
 //!
-//! Each benchmark is a folder of `validation/`, built into the program, and a function in `scales`, `channel`, `cavity`,
+//! Each benchmark is a folder of `validation/`, built into the program, and a function in `scales`, `channel`, `slip`, `cavity`,
 //! `surface`, `collapse`, `slump` or `invariance`; `benchmark` is what they share, `flow` how they drive a simulation, `report` what is shown.
 //! A new one is a folder, a function, and a line in `BENCHMARKS`.
 //!
@@ -15,6 +15,7 @@ mod invariance;
 mod profile;
 mod report;
 mod scales;
+mod slip;
 mod slump;
 mod surface;
 mod thin_layer;
@@ -82,6 +83,9 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(channel::couette_bingham, "couette-bingham", "case.toml"),
     benchmark!(channel::couette_return, "couette-return", "case.toml"),
     benchmark!(channel::film_newtonian, "film-newtonian", "case.toml"),
+    benchmark!(slip::slip_newtonian, "slip-newtonian", "case.toml"),
+    benchmark!(slip::slip_bingham, "slip-bingham", "case.toml"),
+    benchmark!(slip::wall_law, "wall-law", "case.toml"),
     benchmark!(cavity::cavity_casson, "cavity-casson", "case.toml", "reference.csv"),
     benchmark!(
         cavity::cavity_newtonian,

@@ -1,0 +1,178 @@
+//! Walls along which the fluid slides.
+//!
+//! How fast it slides is told by the wall stress tau_w (kinematic, lattice units): by the slip length l and the shear rate s of the
+//! flow curve after Navier (1823), or by a film with a yield stress and a viscosity over its thickness, as concrete slides
+//! in pipes (Kaplan 2001):
+//!
+//! ```text
+//!     v = l s(tau_w)        v = (tau_w - tau_i)/k, not negative
+//! ```
+//!
+//! At a flat wall along the lattice, populations return from a wall that moves with v ([`sliding_velocity`]); the wall stress falls as v
+//! rises, by the momentum that the wall then takes less, and v is found for which the two agree. Both are local, and no
+//! velocity gradient is taken. (Blending bounce-back with specular reflection by l/(3 nu + l), Svec 2013, Eq. 4.14, takes the
+//! stress from the cell's centre, half a cell from the wall: an error of the order of a cell over the width, and nothing slides whose
+//! centre has not yielded, as a plug does on a film.)
+//!
+//! The stress is that of a steady flow across which one wall shears (module `wall`). Where the fluid speeds up, or two walls in an edge
+//! share what drives it, it is wrong by up to a sixth of the driving force of a cell, which is of the first order in the cell's size.
+//! In an edge between two walls the fluid slides along the edge only.
+//!
+//! Surfaces that are not along the lattice are left to module `contact`.
+
+use tremie_case::Surface;
+
+use crate::collision::{COMPONENT, Held, moments};
+use crate::lanes::{LANES, Lanes, bits};
+use crate::lattice::{Q, opposite};
+use crate::real::Real;
+use crate::relaxation::{Law, Relaxation};
+use crate::rows::SurfaceRow;
+use crate::scaling::Scaling;
+use crate::solids::{Contact, Contacts};
+use crate::source::Source;
+use crate::together::{Physics, Populations};
+use crate::topology::ROWS;
+use crate::wall::{FACES, SLANTED, sliding_velocity, tangents};
+
+/// Turns in which the sliding velocity is found: once for the shear, once more for what else the cell bears.
+const TURNS: usize = 2;
+
+/// What a wall resists sliding with, in lattice units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Friction {
+    /// As the fluid itself would beyond the wall, over this length.
+    Navier(f64),
+    /// A film.
+    Film {
+        /// Kinematic yield stress.
+        yield_stress: f64,
+        /// Kinematic viscosity over its thickness.
+        viscosity: f64,
+    },
+}
+
+/// The cells of a row that rub along a flat wall.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Rubbing {
+    /// Those that slide along each of the two tangents.
+    pub(crate) along: [u8; 2],
+    /// Friction of the side of the domain there.
+    side: Option<Friction>,
+}
+
+impl Friction {
+    /// That of a surface; none where the fluid sticks or slides freely.
+    pub(crate) fn new(surface: Surface, scaling: &Scaling) -> Option<Self> {
+        match surface {
+            Surface::NoSlip | Surface::FreeSlip => None,
+            Surface::Navier { slip_length } => Some(Self::Navier(slip_length / scaling.cell_size)),
+            Surface::Film { yield_stress, viscosity } => Some(Self::Film {
+                yield_stress: scaling.stress(yield_stress),
+                viscosity: scaling.stress(viscosity) * scaling.velocity_unit(),
+            }),
+        }
+    }
+
+    /// Speed of fluid that a wall stress drives along the wall.
+    pub(crate) fn speed<T: Real, R: Relaxation<T>>(self, stress: T, law: &R) -> T {
+        match self {
+            Self::Navier(length) => T::from_f64(length) * law.rate(stress),
+            Self::Film { yield_stress, viscosity } => {
+                let driving = stress - T::from_f64(yield_stress);
+                if driving > T::ZERO { driving / T::from_f64(viscosity) } else { T::ZERO }
+            }
+        }
+    }
+}
+
+impl<T: Real> Source<'_, T> {
+    /// Cells of a row at flat walls along which they slide with friction, for each face; none in most rows.
+    pub(crate) fn rubbing(&self, row: &SurfaceRow, contacts: &Contacts) -> [Rubbing; 6] {
+        let mut rubbing = [Rubbing::default(); 6];
+        let immersed = bits(|k| self.friction(&contacts[k]).is_some());
+        if immersed == 0 && !self.topology.rubs() {
+            return rubbing;
+        }
+        for (face, (axis, normal)) in FACES.into_iter().enumerate() {
+            // The velocity from the wall, and whose wall it is.
+            let i = 2 * axis + if normal == 1 { 1 } else { 2 };
+            let side = self.topology.frictions[axis][usize::from(normal != 1)];
+            let of_side = if side.is_some() { !row.immersed[i] } else { 0 };
+            let towards = |c: Contact| c.along_lattice() && f64::from(normal) * c.normal[axis] > 0.5;
+            let faces = |k: usize| contacts[k].is_some_and(towards);
+            let wall = row.solid[i] & (of_side | immersed & row.immersed[i] & bits(faces));
+            if wall == 0 {
+                continue;
+            }
+            for (n, t) in tangents(axis).into_iter().enumerate() {
+                let [a, b] = SLANTED[face][n];
+                // Fluid goes on both ways.
+                let open = !(row.solid[2 * t + 1] | row.solid[2 * t + 2]);
+                rubbing[face].along[n] = wall & row.solid[a] & row.solid[b] & open;
+            }
+            rubbing[face].side = side;
+        }
+        rubbing
+    }
+
+    /// Friction of the solid that a cell is in contact with.
+    fn friction(&self, contact: &Option<Contact>) -> Option<Friction> {
+        contact.and_then(|contact| self.solids.friction(contact.solid))
+    }
+
+    /// Lets the cells at flat walls with friction slide.
+    #[inline(never)]
+    pub(crate) fn slide_at_walls<R: Law<T>>(
+        &self,
+        row: &SurfaceRow,
+        rubbing: &[Rubbing; 6],
+        contacts: &Contacts,
+        physics: &Physics<T, R>,
+        held: Held<Lanes<T>>,
+        f: &mut Populations<T>,
+    ) {
+        let first = (usize::from(row.row) & (ROWS - 1)) * LANES;
+        for (face, Rubbing { along, side }) in rubbing.iter().enumerate() {
+            let cells = along[0] | along[1];
+            let (axis, normal) = FACES[face];
+            let away = 2 * axis + if normal == 1 { 1 } else { 2 };
+            for k in (0..LANES).filter(|k| cells >> k & 1 == 1) {
+                let Some(friction) = self.friction(&contacts[k]).or(*side) else { continue };
+                let sign = T::from_f64(-f64::from(normal));
+                let leaving: [T; Q] = std::array::from_fn(|i| self.own[(i, first + k)]);
+                let slides = |stress: T| friction.speed(stress, &physics.law);
+                let mut sliding = None;
+                for _ in 0..TURNS {
+                    let arriving: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
+                    let m = moments(&arriving, held.of(k), physics.gravity);
+                    let none = [T::ZERO; 2];
+                    let (mut stress, mut left, mut taken, mut force) = (none, none, none, none);
+                    for (n, t) in tangents(axis).into_iter().enumerate() {
+                        if along[n] >> k & 1 == 0 {
+                            continue;
+                        }
+                        let [a, b] = SLANTED[face][n];
+                        stress[n] = sign * m.stress[COMPONENT[axis][t]];
+                        left[n] = sign * m.stress_left(&leaving, axis, t);
+                        taken[n] = arriving[b] + leaving[opposite(b)] - arriving[a] - leaving[opposite(a)];
+                        force[n] = m.force[t];
+                    }
+                    let law = &physics.law;
+                    let [more, traction] =
+                        sliding_velocity(&m, stress, left, taken, force, law, slides, sliding);
+                    let before = sliding.unwrap_or(none);
+                    for (n, [a, b]) in SLANTED[face].into_iter().enumerate() {
+                        let push = T::from_f64(1.0 / 6.0) * more[n];
+                        // Bounce-back would send back what the flow carries along of the stress (module `collision`).
+                        let carried = traction[n] * more[n];
+                        f[a].0[k] += push - carried;
+                        f[b].0[k] -= push + carried;
+                        f[away].0[k] += carried + carried;
+                    }
+                    sliding = Some([before[0] + more[0], before[1] + more[1]]);
+                }
+            }
+        }
+    }
+}

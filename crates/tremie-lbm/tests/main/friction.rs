@@ -1,0 +1,109 @@
+//! Walls along which the fluid slides with friction.
+
+use tremie_numerics::DVec3;
+
+use crate::{advanced, case, cells};
+
+const CONCRETE: &str = "[material]\ndensity = \"2000 kg/m3\"\n\
+     bingham = { yield_stress = \"100 Pa\", plastic_viscosity = \"20 Pa s\" }\n";
+const FILM: &str = "{ film = { wall_yield_stress = \"4 Pa\", wall_viscosity = \"400 Pa s/m\" } }";
+
+/// Velocity at the steps' end of a fluid that an acceleration drives along x, between what the sides and solids say.
+fn velocity(
+    material: &str,
+    size: [f64; 2],
+    acceleration: f64,
+    sides: &str,
+    solids: &str,
+    at: [usize; 2],
+) -> f64 {
+    let [y, z] = size;
+    let text = format!(
+        "{material}[domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"80 mm\", \"{y} mm\", \"{z} mm\"]\n\
+         gravity = [\"{acceleration} m/s2\", \"0 m/s2\", \"0 m/s2\"]\n\
+         sides = {{ x_min = \"periodic\", x_max = \"periodic\", {sides} }}\n\
+         [[fluid]]\nbox = {{ min = [\"-1 m\", \"-1 m\", \"-1 m\"], max = [\"1 m\", \"1 m\", \"1 m\"] }}\n{solids}\n\
+         [lbm]\ncell_size = \"10 mm\"\nprecision = \"f64\"\ntime_step = \"1 ms\"\n"
+    );
+    let cells = cells(&*advanced(&case(&text), 6000));
+    cells.velocity[cells.index(3, at[0], at[1])].x
+}
+
+const PLANAR: &str = "y_min = \"periodic\", y_max = \"periodic\"";
+
+#[test]
+fn a_plug_slides_on_films_as_fast_as_they_let_it() {
+    // Wall stress rho a h/2 of 16 Pa: far below the fluid's yield stress, above that of the film.
+    let expected = (16.0 - 4.0) / 400.0;
+    let sides = format!("{PLANAR}, z_min = {{ surface = {FILM} }}, z_max = {{ surface = {FILM} }}");
+    let between_sides = velocity(CONCRETE, [10.0, 160.0], 0.1, &sides, "", [0, 8]);
+    assert!((between_sides / expected - 1.0).abs() < 2e-3, "{between_sides}");
+    let plate = |min: &str, max: &str| {
+        format!(
+            "[[solid]]\nbox = {{ min = [\"-1 m\", \"-1 m\", \"{min}\"], max = [\"1 m\", \"1 m\", \"{max}\"] }}\nsurface = {FILM}\n"
+        )
+    };
+    let plates = plate("-1 m", "20 mm") + &plate("180 mm", "1 m");
+    let between_plates = velocity(CONCRETE, [10.0, 200.0], 0.1, PLANAR, &plates, [0, 10]);
+    assert!((between_plates / between_sides - 1.0).abs() < 1e-6, "{between_plates} {between_sides}");
+}
+
+#[test]
+fn a_plug_below_the_yield_stress_of_its_films_stays() {
+    let sides = format!("{PLANAR}, z_min = {{ surface = {FILM} }}, z_max = {{ surface = {FILM} }}");
+    let speed = velocity(CONCRETE, [10.0, 160.0], 0.02, &sides, "", [0, 8]);
+    assert!(speed.abs() < 1e-4, "{speed}");
+}
+
+#[test]
+fn in_the_edges_of_a_duct_the_fluid_slides_along() {
+    // A square duct of films: the stress at all four walls is rho a h/4. How much of the force each wall balances the cell in an edge cannot
+    // know, which is an error of the first order.
+    let wall = |side: &str| format!("{side} = {{ surface = {FILM} }}");
+    let sides = ["y_min", "y_max", "z_min", "z_max"].map(wall).join(", ");
+    let expected = (16.0 - 4.0) / 400.0;
+    let duct = velocity(CONCRETE, [80.0, 80.0], 0.4, &sides, "", [0, 0]);
+    assert!((duct / expected - 1.0).abs() < 0.08, "{duct} {expected}");
+    // Frictionless side walls change nothing.
+    let planar = format!("{PLANAR}, z_min = {{ surface = {FILM} }}, z_max = {{ surface = {FILM} }}");
+    let free = planar.replace("\"periodic\"", "{ surface = \"free_slip\" }");
+    let [a, b] = [&planar, &free].map(|sides| velocity(CONCRETE, [80.0, 80.0], 0.2, sides, "", [0, 4]));
+    assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+}
+
+#[test]
+fn a_short_slip_length_is_none_and_a_long_one_lets_go() {
+    let water = "[material]\ndensity = \"2000 kg/m3\"\nnewtonian.viscosity = \"20 Pa s\"\n";
+    let walls = |surface: &str| {
+        format!("{PLANAR}, z_min = {{ surface = {surface} }}, z_max = {{ surface = {surface} }}")
+    };
+    let navier = |length: &str| walls(&format!("{{ navier = {{ slip_length = \"{length}\" }} }}"));
+    let run = |height: f64, sides: &str| velocity(water, [10.0, height], 0.05, sides, "", [0, 4]);
+    let (stuck, short) = (run(80.0, &walls("\"no_slip\"")), run(80.0, &navier("1 um")));
+    assert!((short / stuck - 1.0).abs() < 1e-3, "{short} {stuck}");
+    // A wall cannot tell what speeds up from what a pressure gradient holds: a sixth of a cell of the force, of the first order.
+    let lost = |height: f64| 1.0 - run(height, &navier("1000 km")) / run(height, &walls("\"free_slip\""));
+    let (coarse, fine) = (lost(80.0), lost(160.0));
+    assert!(coarse.abs() < 0.05 && (fine / coarse - 0.5).abs() < 0.02, "{coarse} {fine}");
+}
+
+#[test]
+fn mass_is_kept_at_slanted_walls_with_friction() {
+    let text = format!(
+        "{CONCRETE}[domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"80 mm\", \"160 mm\", \"160 mm\"]\n\
+         gravity = [\"2 m/s2\", \"0 m/s2\", \"-9.81 m/s2\"]\nsides = {{ x_min = \"periodic\", x_max = \"periodic\" }}\n\
+         [[fluid]]\nbox = {{ min = [\"-1 m\", \"-1 m\", \"-1 m\"], max = [\"1 m\", \"1 m\", \"120 mm\"] }}\n\
+         [[solid]]\nsurface = {FILM}\n\
+         difference.from.box = {{ min = [\"-1 m\", \"-1 m\", \"-1 m\"], max = [\"1 m\", \"1 m\", \"1 m\"] }}\n\
+         difference.without = [{{ cylinder = {{ point = [\"0 m\", \"83 mm\", \"80 mm\"], axis = [1, 0, 0], diameter = \"150 mm\" }} }}]\n\
+         [lbm]\ncell_size = \"10 mm\"\nprecision = \"f64\"\n"
+    );
+    let case = case(&text);
+    let mut simulation = tremie_lbm::LatticeBoltzmann::<f64>::new(&case);
+    let before = simulation.mass();
+    crate::advance(&mut simulation, 2000);
+    assert!((simulation.mass() / before - 1.0).abs() < 1e-9);
+    let cells = cells(&simulation);
+    let momentum: DVec3 = cells.velocity.iter().zip(&cells.fill).map(|(u, fill)| *u * *fill).sum();
+    assert!(momentum.x > 0.0 && momentum.z.abs() < 0.1 * momentum.x, "{momentum}");
+}
