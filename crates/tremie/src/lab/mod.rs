@@ -91,6 +91,11 @@ pub(crate) fn figures(name: &str, case: &Case, summary: &Summary) -> Option<Figu
     }
 }
 
+/// Whether the time to a spread of 500 mm belongs to the results of the experiment `name`.
+pub(crate) fn tells_t500(name: &str) -> bool {
+    [slump_flow::NAME, slump::NAME, j_ring::NAME].contains(&name)
+}
+
 /// Name of the standard experiment that a case is, whoever has written it.
 pub(crate) fn recognised(case: &Case) -> Option<&'static str> {
     cone::is_one(case).then_some(slump_flow::NAME)
