@@ -24,6 +24,9 @@ const LEAST_FLUID: f64 = 0.25;
 /// Numbers of files have six digits.
 const MOST_FILES: f64 = 999_999.0;
 
+/// A round bar so many cells thick covers the centre of a cell wherever it stands, and with less it may vanish.
+const BAR_CELLS: f64 = std::f64::consts::SQRT_2;
+
 /// A domain is a whole number of cells if it is one up to this share of a cell.
 const CELL_TOLERANCE: f64 = 1e-6;
 
@@ -443,7 +446,7 @@ fn solid(solid: &Solid, path: &str, case: &Case, document: &Document<'_>) -> Res
     meets(solid.swept(0.0, case.stop.time), &case.domain, problem, path, document)
 }
 
-/// Bars are not thinner than a cell.
+/// Bars are thick enough for the cells.
 fn bars(body: &Body, path: &str, case: &Case, document: &Document<'_>) -> Result<(), Fault> {
     let Body::Union(bars) = body else { return Ok(()) };
     let Method::Lbm(lbm) = &case.method;
@@ -451,7 +454,7 @@ fn bars(body: &Body, path: &str, case: &Case, document: &Document<'_>) -> Result
         Body::Shape(shape) => shape.thickness(),
         _ => f64::INFINITY,
     };
-    let thin = |body: &Body| thickness(body) < lbm.cell_size * (1.0 - CELL_TOLERANCE);
+    let thin = |body: &Body| thickness(body) < BAR_CELLS * lbm.cell_size * (1.0 - CELL_TOLERANCE);
     let Some(first) = bars.bodies().iter().position(thin) else { return Ok(()) };
     let all = bars.bodies().len();
     let count = bars.bodies().iter().filter(|body| thin(body)).count();

@@ -16,7 +16,7 @@ use tremie_geometry::Body;
 use tremie_simulation::Summary;
 
 use super::cone::{CONE, ConeTest, Spreading, to_ten};
-use super::setup::{bar, level};
+use super::setup::{bar, level, seen};
 use super::{Figures, slump_flow};
 use crate::failure::WrongInput;
 use crate::numbers::significant;
@@ -72,6 +72,7 @@ pub(crate) fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
 /// The case file of an experiment, or why there is none.
 fn case_text(test: &ConeTest, bars: Bars) -> Result<String, String> {
     let [circle, diameter, height] = RING;
+    seen(diameter, test.cell_size)?;
     let number = match bars {
         Bars::Twelve => 12,
         Bars::Sixteen => 16,

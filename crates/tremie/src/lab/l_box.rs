@@ -3,7 +3,7 @@
 //! Column, channel and bars of the standard from memory: a column of 100 mm x 200 mm x 600 mm, a channel 150 mm high; three bars of 12 mm
 //! with gaps of 41 mm, or two with 59 mm. The 700 mm of the channel count from the back of the column here, 600 mm of them
 //! beyond it, as `tremie calc l-box` has it: whether the column counts changes the result much. The gate and the wall above it are
-//! two cells thick and stand beyond the column; the bars stand a diameter beyond the gate, as high as the channel.
+//! two cells thick and stand beyond the column; the bars stand 20 mm beyond the gate, as high as the channel.
 //!
 //! Reported are H1, the mean level in the column, H2, that over the last 20 mm of the channel, and PL = H2/H1 to 0.01; the times from when the
 //! gate begins to rise to when the front has gone 200 mm and 400 mm beyond the column. Classes as in EN 206: PL1 with two bars, PL2
@@ -19,7 +19,7 @@ use tremie_simulation::Summary;
 
 use super::Figures;
 use super::cone::WALL;
-use super::setup::{Mix, Setup, at_rest, bar, cuboid, fitting, level, liftable, lifted, whole};
+use super::setup::{Mix, Setup, at_rest, bar, cuboid, fitting, level, liftable, lifted, seen, whole};
 use crate::failure::WrongInput;
 use crate::numbers::significant;
 use crate::quantities::{length, speed};
@@ -30,6 +30,8 @@ pub(crate) const NAME: &str = "l-box";
 
 /// Length in m of the end of the channel over which H2 is measured.
 const END: f64 = 0.02;
+/// Clear distance in m between gate and bars.
+pub(super) const BEHIND: f64 = 0.02;
 /// How far in m beyond the column the front is timed.
 const MARKS: [f64; 2] = [0.2, 0.4];
 
@@ -141,7 +143,7 @@ name = "gate"
         front = cuboid([gate[0], -beyond, channel_height], [gate[1], beyond, 2.0 * column_height]),
         plate = cuboid([gate[0], -beyond, 0.0], [gate[1], beyond, channel_height + wall]),
         motion = lifted(channel_height, gate_speed),
-        bars = bars(arguments, gate[1] + 1.5 * bar_diameter, low)?,
+        bars = bars(arguments, gate[1] + BEHIND + 0.5 * bar_diameter, low)?,
     );
     let front = |mark: f64| {
         format!(
@@ -176,7 +178,7 @@ name = "gate"
 /// The bars at the place `x` along the channel, of which those count whose middle is not below `low`: with the same gap between them
 /// and beside them.
 fn bars(arguments: &Arguments, x: f64, low: f64) -> Result<String, String> {
-    let &Arguments { bars, bar_diameter: diameter, width, channel_height, .. } = arguments;
+    let &Arguments { bars, bar_diameter: diameter, width, channel_height, cell_size, .. } = arguments;
     let number = match bars {
         Bars::None => return Ok(String::new()),
         Bars::Two => 2.0,
@@ -186,6 +188,7 @@ fn bars(arguments: &Arguments, x: f64, low: f64) -> Result<String, String> {
     if gap <= 0.0 {
         return Err(format!("there is no room for {number} bars of {} mm", significant(1e3 * diameter)));
     }
+    seen(diameter, cell_size)?;
     let place = |n: i32| -0.5 * width + gap + 0.5 * diameter + f64::from(n) * (gap + diameter);
     let all = (0..number as i32).map(place).filter(|y| *y > low - 1e-9);
     let list: Vec<String> =
@@ -297,7 +300,7 @@ mod tests {
             (&["--bars", "3"][..], 3, 0.041),
             (&["--bars", "2"], 2, 0.0587),
             (&["--bars", "3", "--full"], 3, 0.041),
-            (&["--bars", "2", "--full", "--cell-size", "10mm"], 2, 0.0587),
+            (&["--bars", "2", "--full", "--cell-size", "4mm"], 2, 0.0587),
             (&["--bars", "0"], 0, 0.0),
         ] {
             let case = case(extra);
@@ -340,6 +343,7 @@ mod tests {
             (["--cell-size", "7mm"], "give a --cell-size of 7.14 mm"),
             (["--cell-size", "60mm"], "give a --cell-size of 33.3 mm"),
             (["--gate-speed", "1mm/s"], "from 1 cm/s to 5 m/s"),
+            (["--cell-size", "10mm"], "give a --cell-size of 8.4 mm at most"),
             (["--bar-diameter", "70mm"], "no room for 3 bars of 70 mm"),
             (["--channel", "300mm"], "give a longer --channel"),
             (["--column-height", "150mm"], "give a larger --column-height"),

@@ -1,5 +1,7 @@
 //! What the tests have in common: what is said about the concrete, and how a case is written.
 
+use std::f64::consts::SQRT_2;
+
 use clap::{Args, ValueEnum};
 
 use crate::numbers::significant;
@@ -193,6 +195,19 @@ pub(super) fn fitting(cell_size: f64, lengths: &[(&str, f64)]) -> Result<(), Str
         }
     }
     Ok(())
+}
+
+/// Refuses cells too large to see bars of a diameter in m.
+pub(super) fn seen(diameter: f64, cell_size: f64) -> Result<(), String> {
+    if diameter >= SQRT_2 * cell_size {
+        return Ok(());
+    }
+    Err(format!(
+        "bars of {} mm are too thin for cells of {} mm; give a --cell-size of {} mm at most, better half as much",
+        significant(1e3 * diameter),
+        significant(1e3 * cell_size),
+        significant(0.99e3 * diameter / SQRT_2)
+    ))
 }
 
 /// Refuses a speed in m/s at which nothing is lifted.

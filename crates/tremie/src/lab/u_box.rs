@@ -1,6 +1,6 @@
 //! U-box: concrete flows from one limb under a gate, through bars, up into another.
 //!
-//! Dimensions from memory: two limbs of 140 mm x 200 mm, 680 mm high, one of them full (19 litres); an opening of 190 mm between them, and behind it
+//! Dimensions from memory: two limbs of 140 mm x 200 mm, 680 mm high, one of them full (19 litres); an opening of 190 mm between them, and 20 mm behind it
 //! three bars of 13 mm, 50 mm apart. The wall between the limbs is two cells thick. Reported are the levels H1 in the limb that
 //! was full and H2 in the other; EFNARC (2002, from memory) accepts H1 - H2 up to 30 mm, other sources H2 from 300 mm.
 
@@ -13,7 +13,8 @@ use tremie_simulation::Summary;
 
 use super::Figures;
 use super::cone::WALL;
-use super::setup::{Mix, Setup, at_rest, bar, cuboid, fitting, level, liftable, lifted, whole};
+use super::l_box::BEHIND;
+use super::setup::{Mix, Setup, at_rest, bar, cuboid, fitting, level, liftable, lifted, seen, whole};
 use crate::failure::WrongInput;
 use crate::numbers::significant;
 use crate::quantities::{length, speed};
@@ -67,10 +68,13 @@ fn case_text(arguments: &Arguments) -> Result<String, String> {
     let [limb, depth, height] = LIMB;
     fitting(cell_size, &[("a limb", limb), ("half the depth", 0.5 * depth)])?;
     liftable("a gate", gate_speed)?;
+    if !no_bars {
+        seen(BARS[0], cell_size)?;
+    }
     let wall = WALL * cell_size;
     let half = 0.5 * depth;
     let (gate, end) = ([limb, limb + wall], 2.0 * limb + wall);
-    let x = gate[1] + 1.5 * BARS[0];
+    let x = gate[1] + BEHIND + 0.5 * BARS[0];
     let list = [0.0, BARS[1]].map(|y| format!("    {},\n", bar([x, y, 0.0], OPENING, BARS[0])));
     let bars = if no_bars {
         String::new()
@@ -154,7 +158,7 @@ mod tests {
             #[command(flatten)]
             arguments: Arguments,
         }
-        for (extra, solids) in [(&[][..], 3), (&["--no-bars"], 2), (&["--cell-size", "10mm"], 3)] {
+        for (extra, solids) in [(&[][..], 3), (&["--no-bars"], 2), (&["--cell-size", "4mm"], 3)] {
             let line: Line = clap::Parser::try_parse_from([&["x"], extra].concat()).unwrap();
             let case = Case::parse("x", &case_text(&line.arguments).unwrap());
             let case = case.unwrap_or_else(|error| panic!("{error}"));
