@@ -334,6 +334,19 @@ fn check_tells_the_cost_and_writes_nothing() {
 }
 
 #[test]
+fn check_tells_where_bars_lie() {
+    let place =
+        folder_with_case(&[("[lbm]", "[[bars]]\ncsv = { file = \"cage.csv\", unit = \"cm\" }\n\n[lbm]")]);
+    let cage = "x1,y1,z1,x2,y2,z2,diameter\n10,10,0,10,10,20,4\n20,10,0,20,10,20,4\n";
+    fs::write(place.path().join("cage.csv"), cage).unwrap();
+    let told = done(place.path(), &["check", "slump.toml"]);
+    assert!(told.contains("bars1 (2), x 80 to 220, y 80 to 120, z 0 to 200 mm"), "{told}");
+    // A run keeps the file beside its case.
+    done(place.path(), &["run", "slump.toml", "--out", "run", "--quiet"]);
+    assert_eq!(fs::read_to_string(place.path().join("run/cage.csv")).unwrap(), cage);
+}
+
+#[test]
 fn check_warns_of_numbers_out_of_their_range() {
     for (setting, word) in [
         ("time_step = \"6 ms\"", "Mach number"),
