@@ -557,7 +557,7 @@ fn a_new_case_is_ready_to_run_and_replaces_nothing() {
         .lines()
         .map(|line| line.split_whitespace().next().unwrap().to_owned())
         .collect();
-    assert_eq!(names, ["slump-flow", "planar-collapse", "channel", "drop", "dam-break", "cavity"]);
+    assert_eq!(names, ["slump-flow", "l-box", "planar-collapse", "channel", "drop", "dam-break", "cavity"]);
     for name in &names {
         let told = done(place, &["new", name]);
         assert!(told.contains(&format!("tremie run {name}.toml")), "{told}");
