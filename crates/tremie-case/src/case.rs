@@ -24,10 +24,12 @@ pub struct Case {
     /// Where the fluid is at the start; at least one region. Regions may overlap each other and reach beyond the
     /// domain, outside of which they count for nothing.
     pub fluid: Vec<FluidRegion>,
-    /// What stands or moves in the domain. Solids may overlap each other and reach beyond the domain.
+    /// What stands or moves in the domain, the bars last. Solids may overlap each other and reach beyond the domain.
     pub solids: Vec<Solid>,
     /// The meshes that solids are made from, in the order in which the case names them.
     pub meshes: Vec<MeshFile>,
+    /// All files that the case names.
+    pub files: Vec<NamedFile>,
     /// How the flow is computed.
     pub method: Method,
     /// When the run ends.
@@ -104,6 +106,8 @@ pub struct FluidRegion {
 /// A rigid body that goes its prescribed way, whatever the fluid does.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solid {
+    /// What its readings are called: letters, digits and `_`; no two solids have the same name.
+    pub name: String,
     /// Where it is drawn.
     pub body: Body,
     /// Where it is at a time, from there.
@@ -126,13 +130,20 @@ impl Solid {
     }
 }
 
-/// A mesh that was read from a file.
+/// A file that a case names.
 #[derive(Debug, Clone, PartialEq)]
-pub struct MeshFile {
+pub struct NamedFile {
     /// Path of the file from the folder of the case file; it leads nowhere else.
     pub path: String,
     /// The file as read.
     pub bytes: Arc<[u8]>,
+}
+
+/// A mesh that was read from a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshFile {
+    /// Path of the file from the folder of the case file.
+    pub path: String,
     /// The mesh where it stands.
     pub mesh: Arc<ClosedMesh>,
     /// What it is there for.
@@ -278,12 +289,14 @@ pub enum Precision {
 }
 
 /// When the run ends.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Stop {
     /// At this simulated time in s at the latest.
     pub time: f64,
     /// Earlier if the fluid comes to rest.
     pub rest: Option<Rest>,
+    /// Earlier if what the front or light gauge of this name waits for has come.
+    pub event: Option<String>,
 }
 
 /// When the fluid counts as being at rest.
@@ -299,13 +312,56 @@ pub struct Rest {
     pub duration: f64,
 }
 
-/// What is measured during the run.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// What is measured during the run. No two gauges of a kind have the same name.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Gauges {
     /// Simulated time between two readings in s.
     pub interval: f64,
     /// Diameter of the spreading fluid.
     pub spread: Option<SpreadGauge>,
+    /// Levels of its surface.
+    pub level: Vec<LevelGauge>,
+    /// How far it has come, and when it arrives.
+    pub front: Vec<FrontGauge>,
+    /// Where one sees through from above, and when.
+    pub light: Vec<LightGauge>,
+}
+
+/// Measures the mean level of the fluid's surface over a rectangle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LevelGauge {
+    /// What it is called.
+    pub name: String,
+    /// Corner of the rectangle with the smallest x and y, in m.
+    pub min: DVec2,
+    /// Corner with the largest; along an axis it may be the same as the smallest, for a line of columns or a single one.
+    pub max: DVec2,
+}
+
+/// Measures how far the fluid has come along an axis, and when it first reaches a plane across it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrontGauge {
+    /// What it is called.
+    pub name: String,
+    /// The axis: 0, 1, 2 for x, y, z.
+    pub axis: usize,
+    /// Whether the fluid comes along the axis, or against it.
+    pub forwards: bool,
+    /// Coordinate of the plane in m.
+    pub at: f64,
+}
+
+/// Tells when one first sees through a box from above, in which fluid has been.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LightGauge {
+    /// What it is called.
+    pub name: String,
+    /// Corner of the box with the smallest coordinates, in m.
+    pub min: DVec3,
+    /// Corner with the largest.
+    pub max: DVec3,
+    /// Name of the solid with which it moves; it rests if absent.
+    pub with: Option<String>,
 }
 
 /// Measures how far the fluid has spread.

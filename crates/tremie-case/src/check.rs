@@ -10,6 +10,7 @@ use crate::case::{
 use crate::document::Document;
 use crate::fault::Fault;
 use crate::schema::SIDE_KEYS;
+use crate::suggestion::either;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -24,6 +25,9 @@ const LEAST_FLUID: f64 = 0.25;
 
 /// Numbers of files have six digits.
 const MOST_FILES: f64 = 999_999.0;
+
+/// A round bar so many cells thick covers the centre of a cell wherever it stands, and with less it may vanish.
+const BAR_CELLS: f64 = std::f64::consts::SQRT_2;
 
 /// A domain is a whole number of cells if it is one up to this share of a cell.
 const CELL_TOLERANCE: f64 = 1e-6;
@@ -46,8 +50,9 @@ pub(crate) fn check(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
         holds(&region.shape, &path, &case.domain, lbm.cell_size, document)?;
     }
     for (index, solid) in case.solids.iter().enumerate() {
-        self::solid(solid, &format!("solid.{index}"), case, document)?;
+        self::solid(solid, &solid_path(index, document), case, document)?;
     }
+    names(case, document)?;
     gauges(case, document)?;
     stop(case, document)?;
     output(case, document)
@@ -278,6 +283,7 @@ fn key(shape: &Shape) -> &'static str {
         Shape::Cone { .. } => "cone",
         Shape::Cylinder { .. } => "cylinder",
         Shape::Capsule { .. } => "capsule",
+        Shape::Bar { .. } => "bar",
         Shape::HalfSpace { .. } => "plane",
         Shape::ConeShell { .. } => "cone_shell",
     }
@@ -357,9 +363,82 @@ fn stop(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
     }
 }
 
+/// Where the solid number `index` of a case stands: under `solid`, or under `bars`, which come after.
+fn solid_path(index: usize, document: &Document<'_>) -> String {
+    let path = format!("solid.{index}");
+    if document.find(&path).is_some() {
+        return path;
+    }
+    let others = (0..index).filter(|n| document.find(&format!("solid.{n}")).is_some()).count();
+    format!("bars.{}", index - others)
+}
+
+/// What is told apart by its name has a name of its own.
+fn names(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
+    let gauges = &case.gauges;
+    let within = |kind: &str, n: usize| format!("gauges.{kind}.{n}");
+    let solids =
+        case.solids.iter().enumerate().map(|(n, solid)| (solid.name.as_str(), solid_path(n, document)));
+    let levels = gauges.level.iter().enumerate().map(|(n, gauge)| (gauge.name.as_str(), within("level", n)));
+    let fronts = gauges.front.iter().enumerate().map(|(n, gauge)| (gauge.name.as_str(), within("front", n)));
+    let lights = gauges.light.iter().enumerate().map(|(n, gauge)| (gauge.name.as_str(), within("light", n)));
+    // The stop rule knows fronts and lights by their names alone.
+    let groups: [(&str, Vec<(&str, String)>); 3] = [
+        ("solids", solids.collect()),
+        ("level gauges", levels.collect()),
+        ("front and light gauges", fronts.chain(lights).collect()),
+    ];
+    for (what, group) in &groups {
+        for (n, (name, path)) in group.iter().enumerate() {
+            if let Some((_, first)) = group[..n].iter().find(|(other, _)| other == name) {
+                return Err(Fault::new(
+                    document.locate(&format!("{path}.name")),
+                    format!("two {what} are called `{name}`"),
+                    "write another name",
+                )
+                .related(document.find(&format!("{first}.name")), "the first"));
+            }
+        }
+    }
+    let events = &groups[2].1;
+    if let Some(event) = &case.stop.event
+        && !events.iter().any(|(name, _)| name == event)
+    {
+        return Err(unknown("stop.event", "front or light gauge", event, events, document));
+    }
+    for (n, gauge) in gauges.light.iter().enumerate() {
+        if let Some(with) = &gauge.with
+            && !case.solids.iter().any(|solid| solid.name == *with)
+        {
+            return Err(unknown(
+                &format!("{}.with", within("light", n)),
+                "solid",
+                with,
+                &groups[0].1,
+                document,
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// What is called by a name that nothing has.
+fn unknown(path: &str, what: &str, name: &str, there: &[(&str, String)], document: &Document<'_>) -> Fault {
+    let names: Vec<&str> = there.iter().map(|(name, _)| *name).collect();
+    let advice = match names.as_slice() {
+        [] => "there is none: leave this out".to_owned(),
+        _ => format!("write {}", either(names.iter().map(|name| format!("\"{name}\"")))),
+    };
+    Fault::new(document.locate(path), format!("there is no {what} called `{name}`"), advice)
+}
+
 /// A solid is thick enough for the cells, moves forwards in time, and meets the domain.
 fn solid(solid: &Solid, path: &str, case: &Case, document: &Document<'_>) -> Result<(), Fault> {
-    parts(&solid.body, path, case, document)?;
+    if path.starts_with("bars") {
+        bars(&solid.body, path, case, document)?;
+    } else {
+        parts(&solid.body, path, case, document)?;
+    }
     if let Motion::Path(points) = &solid.motion {
         for (n, ends) in points.windows(2).enumerate() {
             if ends[1].time <= ends[0].time {
@@ -377,6 +456,33 @@ fn solid(solid: &Solid, path: &str, case: &Case, document: &Document<'_>) -> Res
     meets(solid.swept(0.0, case.stop.time), &case.domain, problem, path, document)
 }
 
+/// Bars are thick enough for the cells.
+fn bars(body: &Body, path: &str, case: &Case, document: &Document<'_>) -> Result<(), Fault> {
+    let Body::Union(bars) = body else { return Ok(()) };
+    let Method::Lbm(lbm) = &case.method;
+    let thickness = |body: &Body| match body {
+        Body::Shape(shape) => shape.thickness(),
+        _ => f64::INFINITY,
+    };
+    let thin = |body: &Body| thickness(body) < BAR_CELLS * lbm.cell_size * (1.0 - CELL_TOLERANCE);
+    let Some(first) = bars.bodies().iter().position(thin) else { return Ok(()) };
+    let all = bars.bodies().len();
+    let count = bars.bodies().iter().filter(|body| thin(body)).count();
+    let listed = format!("{path}.list.of.{first}.diameter");
+    let places = [listed, format!("{path}.grid.diameter"), format!("{path}.csv.file")];
+    let span = places.iter().find_map(|place| document.find(place));
+    Err(Fault::new(
+        span.unwrap_or_else(|| document.locate(path)),
+        format!(
+            "the cells are too large to see {count} of {all} bars: number {} is {} m thick",
+            first + 1,
+            tidy(thickness(&bars.bodies()[first]))
+        ),
+        "write smaller cells, half as large as the bars at most, or thicker bars",
+    )
+    .related(document.find("lbm.cell_size"), "the cell size"))
+}
+
 /// All shapes of a body have a volume, and are not thinner than a cell.
 fn parts(body: &Body, path: &str, case: &Case, document: &Document<'_>) -> Result<(), Fault> {
     match body {
@@ -388,7 +494,7 @@ fn parts(body: &Body, path: &str, case: &Case, document: &Document<'_>) -> Resul
             }
             let what = match one {
                 Shape::ConeShell { .. } => format!("{path}.cone_shell.thickness"),
-                Shape::Sphere { .. } | Shape::Cylinder { .. } | Shape::Capsule { .. } => {
+                Shape::Sphere { .. } | Shape::Cylinder { .. } | Shape::Capsule { .. } | Shape::Bar { .. } => {
                     format!("{path}.{}.diameter", key(one))
                 }
                 _ => format!("{path}.{}", key(one)),
@@ -425,7 +531,8 @@ fn parts(body: &Body, path: &str, case: &Case, document: &Document<'_>) -> Resul
             let problem = "the inside of this formwork lies outside the domain";
             meets(body.bounds(), &case.domain, problem, path, document)
         }
-        Body::Union(bodies) => bodies
+        Body::Union(union) => union
+            .bodies()
             .iter()
             .enumerate()
             .try_for_each(|(n, body)| parts(body, &format!("{path}.union.of.{n}"), case, document)),
@@ -433,7 +540,7 @@ fn parts(body: &Body, path: &str, case: &Case, document: &Document<'_>) -> Resul
             let [from, without] = &**bodies;
             parts(from, &format!("{path}.difference.from"), case, document)?;
             let Body::Union(cut) = without else { return Ok(()) };
-            cut.iter().enumerate().try_for_each(|(n, body)| {
+            cut.bodies().iter().enumerate().try_for_each(|(n, body)| {
                 parts(body, &format!("{path}.difference.without.{n}"), case, document)
             })
         }
@@ -460,8 +567,29 @@ fn output(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
     Ok(())
 }
 
-/// What is measured is inside the domain, and what the stop rule asks for is measured.
+/// What is measured is inside the domain or its mirror images, and what the stop rule asks for is measured.
 fn gauges(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
+    for (n, gauge) in case.gauges.level.iter().enumerate() {
+        let path = format!("gauges.level.{n}");
+        measured(&gauge.min.to_array(), &gauge.max.to_array(), &path, case, document)?;
+    }
+    for (n, gauge) in case.gauges.light.iter().enumerate() {
+        let path = format!("gauges.light.{n}");
+        corners(gauge.min, gauge.max, &path, document)?;
+        if gauge.with.is_none() {
+            measured(&gauge.min.to_array(), &gauge.max.to_array(), &path, case, document)?;
+        }
+    }
+    for (n, gauge) in case.gauges.front.iter().enumerate() {
+        let [low, high] = whole(&case.domain, gauge.axis);
+        if !(low..=high).contains(&gauge.at) {
+            return Err(Fault::new(
+                document.locate(&format!("gauges.front.{n}.at")),
+                "the fluid never comes there: the plane lies outside the domain",
+                format!("write \"{} m\" to \"{} m\"", tidy(low), tidy(high)),
+            ));
+        }
+    }
     match case.gauges.spread {
         Some(spread) => {
             let (min, max) = (case.domain.min.truncate(), case.domain.max.truncate());
@@ -484,6 +612,41 @@ fn gauges(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
                     "remove this, or add the gauge",
                 )
                 .help("add spread = { centre = [\"0 m\", \"0 m\"] } to [gauges]"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Where the domain and its mirror images begin and end along an axis, in m.
+fn whole(domain: &Domain, axis: usize) -> [f64; 2] {
+    let (low, high) = (domain.min[axis], domain.max[axis]);
+    let mirrored = |side: usize| domain.sides[2 * axis + side] == Side::Symmetry;
+    [if mirrored(0) { 2.0 * low - high } else { low }, if mirrored(1) { 2.0 * high - low } else { high }]
+}
+
+/// A range of coordinates in which something is measured is in order, and inside the domain or its mirror images.
+fn measured(min: &[f64], max: &[f64], path: &str, case: &Case, document: &Document<'_>) -> Result<(), Fault> {
+    for (axis, name) in AXES.iter().enumerate().take(min.len()) {
+        let [low, high] = whole(&case.domain, axis);
+        let slack = CELL_TOLERANCE * (high - low);
+        let place = |key: &str| document.locate(&format!("{path}.{key}.{axis}"));
+        if min[axis] > max[axis] {
+            return Err(Fault::new(
+                place("max"),
+                format!("the largest {name} is smaller than the smallest"),
+                format!("write \"{} m\" at least", tidy(min[axis])),
+            )
+            .related(document.find(&format!("{path}.min.{axis}")), "the smallest"));
+        }
+        for (key, value) in [("min", min[axis]), ("max", max[axis])] {
+            if value < low - slack || value > high + slack {
+                return Err(Fault::new(
+                    place(key),
+                    "what is measured lies outside the domain",
+                    format!("write \"{} m\" to \"{} m\"", tidy(low), tidy(high)),
+                )
+                .related(document.find("domain"), "the domain"));
             }
         }
     }

@@ -15,7 +15,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::describe::{Description, from_toml, object};
 use crate::fault::Fault;
-use crate::stl::Files;
+use crate::files::Files;
 use crate::suggestion::{either, nearest};
 use crate::units::{self, Dimension};
 
@@ -575,6 +575,39 @@ impl Kind for Text {
 
     fn describe(&self) -> Map<String, serde_json::Value> {
         object(json!({ "type": "string", "examples": [self.example] }))
+    }
+}
+
+/// What something is called, as a part of names in files.
+pub(crate) struct Name {
+    pub(crate) example: &'static str,
+}
+
+impl Kind for Name {
+    type Out = String;
+
+    fn read(&self, value: &Value<'_>) -> Result<String, Fault> {
+        let text = Text { example: self.example }.read(value)?;
+        let fits = text.starts_with(|c: char| c.is_ascii_alphabetic())
+            && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        if fits {
+            Ok(text)
+        } else {
+            Err(value.fault(
+                format!("cannot be \"{text}\": it becomes a part of names in series.csv"),
+                format!("write a letter, then letters, digits and _, such as \"{}\"", self.example),
+            ))
+        }
+    }
+
+    fn example(&self, name: &str, key: &str) -> String {
+        Text { example: self.example }.example(name, key)
+    }
+
+    fn describe(&self) -> Map<String, serde_json::Value> {
+        let mut described = Text { example: self.example }.describe();
+        described.insert("pattern".to_owned(), json!("^[A-Za-z][A-Za-z0-9_]*$"));
+        described
     }
 }
 

@@ -7,21 +7,24 @@
 //! Inside: `document` wraps the parsed document in getters that know where everything stands; `schema` says which keys
 //! there are and what they mean (a new section, flow curve or shape is one entry there); `describe` turns the same
 //! into a JSON Schema; `check` holds what is
-//! wrong only in combination; `stl` reads the meshes that a case names, so that what is wrong with them is told at the line too; `fault` turns a complaint about a place in the text into a message.
+//! wrong only in combination; `files` finds the files that a case names, `stl` and `bars` read them, so that what is wrong with them is told at the line too; `fault` turns a complaint about a place in the text into a message.
 
+mod bars;
 mod case;
 mod check;
 mod describe;
 mod document;
 mod fault;
+mod files;
 mod schema;
 mod stl;
 mod suggestion;
 pub mod units;
 
 pub use case::{
-    Case, Collision, Domain, FluidRegion, Gauges, Lattice, Lbm, Material, MeshFile, Method, Output,
-    Precision, Preset, Rest, Role, Side, Solid, SpreadGauge, Stepping, Stop, Surface, Textbook,
+    Case, Collision, Domain, FluidRegion, FrontGauge, Gauges, Lattice, Lbm, LevelGauge, LightGauge, Material,
+    MeshFile, Method, NamedFile, Output, Precision, Preset, Rest, Role, Side, Solid, SpreadGauge, Stepping,
+    Stop, Surface, Textbook,
 };
 pub use fault::{CaseError, InvalidCase};
 

@@ -7,18 +7,19 @@
 use std::f64::consts::TAU;
 
 use serde_json::{Value as Json, json};
-use tremie_geometry::{Body, Motion, Shape, Waypoint};
+use tremie_geometry::{Body, Motion, Shape, Union, Waypoint};
 use tremie_numerics::{DVec2, DVec3};
 use tremie_rheology::{FlowCurve, Regularisation};
 
+use crate::bars;
 use crate::case::{
-    Case, Collision, Domain, FluidRegion, Gauges, Lattice, Lbm, Material, Method, Output, Precision, Preset,
-    Rest, Role, Side, Solid, SpreadGauge, Stepping, Stop, Surface,
+    Case, Collision, Domain, FluidRegion, FrontGauge, Gauges, Lattice, Lbm, LevelGauge, LightGauge, Material,
+    Method, Output, Precision, Preset, Rest, Role, Side, Solid, SpreadGauge, Stepping, Stop, Surface,
 };
 use crate::describe::object;
 use crate::document::{
-    Bound, Choice, Document, Kind, List, Maybe, Need, Or, Quantity, Section, Switch, Text, Variants, Vector,
-    WordOr, maybe, need, or,
+    Bound, Choice, Document, Kind, List, Maybe, Name, Need, Or, Quantity, Section, Switch, Table, Text,
+    Variants, Vector, WordOr, maybe, need, or,
 };
 use crate::fault::Fault;
 use crate::stl::{self, Place};
@@ -40,7 +41,8 @@ const VISCOSITY: Quantity = quantity(Dimension::VISCOSITY, Bound::Positive, "30 
 /// Reads the document; what is wrong only in combination is left to `check`.
 pub(crate) fn read(document: &Document<'_>, name: &str, text: &str) -> Result<Case, Fault> {
     let case = CASE.read(&document.root())?;
-    Ok(Case { name: name.to_owned(), text: text.to_owned(), meshes: document.files.meshes(), ..case })
+    let (files, meshes) = (document.files.all(), document.files.meshes());
+    Ok(Case { name: name.to_owned(), text: text.to_owned(), files, meshes, ..case })
 }
 
 /// The keys as JSON Schema.
@@ -64,6 +66,8 @@ const CASE: Section<Case> = {
         need("fluid", "where fluid is at the start: one or more regions, which may overlap", List(FLUID));
     const SOLID_KEY: Maybe<List<Section<Solid>>> =
         maybe("solid", "what stands or moves in the domain; solids may overlap", List(SOLID));
+    const BARS_KEY: Maybe<List<Section<Solid>>> =
+        maybe("bars", "reinforcing bars, at rest, to which the fluid sticks", List(BARS));
     const GAUGES_KEY: Need<Section<Gauges>> = need("gauges", "what is measured", GAUGES);
     const STOP_KEY: Need<Section<Stop>> = need("stop", "when the run ends", STOP);
     const OUTPUT_KEY: Or<Section<Output>> = or("output", "{}", "what is written", OUTPUT);
@@ -75,6 +79,7 @@ const CASE: Section<Case> = {
             &DOMAIN_KEY,
             &FLUID_KEY,
             &SOLID_KEY,
+            &BARS_KEY,
             &GAUGES_KEY,
             &STOP_KEY,
             &OUTPUT_KEY,
@@ -87,17 +92,28 @@ const CASE: Section<Case> = {
                 material: t.need(&MATERIAL_KEY)?,
                 domain: t.need(&DOMAIN_KEY)?,
                 fluid: t.need(&FLUID_KEY)?,
-                solids: t.maybe(&SOLID_KEY)?.unwrap_or_default(),
+                solids: [numbered(t.maybe(&SOLID_KEY)?, "solid"), numbered(t.maybe(&BARS_KEY)?, "bars")]
+                    .concat(),
                 gauges: t.need(&GAUGES_KEY)?,
                 stop: t.need(&STOP_KEY)?,
                 output: t.or(&OUTPUT_KEY)?,
                 meshes: Vec::new(),
+                files: Vec::new(),
                 name: String::new(),
                 text: String::new(),
             })
         },
     }
 };
+
+/// Solids, of which those without a name are called after what they are and their number.
+fn numbered(solids: Option<Vec<Solid>>, what: &str) -> Vec<Solid> {
+    let mut solids = solids.unwrap_or_default();
+    for (n, solid) in solids.iter_mut().enumerate().filter(|(_, solid)| solid.name.is_empty()) {
+        solid.name = format!("{what}{}", n + 1);
+    }
+    solids
+}
 
 const MATERIAL: Section<Material> = {
     const DENSITY: Need<Quantity> =
@@ -562,6 +578,34 @@ const CAPSULE: Section<Shape> = {
     }
 };
 
+const BAR: Section<Shape> = {
+    const START: Need<Vector<3>> = need("start", "centre of one end", POINT);
+    const END: Need<Vector<3>> = need("end", "centre of the other", POINT);
+    Section {
+        keys: &[&START, &END, &DIAMETER],
+        example: &[
+            "start = [\"0.1 m\", \"0.2 m\", \"0 m\"]",
+            "end = [\"0.1 m\", \"0.2 m\", \"0.3 m\"]",
+            "diameter = \"12 mm\"",
+        ],
+        read: |t| {
+            let (start, end) = (t.need(&START)?.into(), t.need(&END)?.into());
+            let radius = 0.5 * t.need(&DIAMETER)?;
+            no_length([start, end], t)?;
+            Ok(Shape::Bar { start, end, radius })
+        },
+    }
+};
+
+/// Refuses a bar whose ends are the same point.
+fn no_length([start, end]: [DVec3; 2], t: &Table<'_>) -> Result<(), Fault> {
+    if start == end {
+        let value = t.value("end").unwrap_or_else(|| t.itself());
+        return Err(value.fault("is where the bar starts", "write another point"));
+    }
+    Ok(())
+}
+
 const PLANE: Section<Shape> = {
     const ON_PLANE: Need<Vector<3>> = need("point", "a point of the plane", POINT);
     const NORMAL: Need<Vector<3>> = need(
@@ -611,21 +655,22 @@ const CONE_SHELL: Section<Shape> = {
     }
 };
 
+const DRAWING_UNIT: Need<Choice<f64>> = need(
+    "unit",
+    "in which the file is drawn; it does not say so itself",
+    Choice(&[
+        ("mm", "millimetres", 1e-3),
+        ("cm", "centimetres", 1e-2),
+        ("m", "metres", 1.0),
+        ("in", "inches of 25.4 mm", 0.0254),
+    ]),
+);
+
 const STL: Section<Body> = {
     const FILE: Need<Text> = need(
         "file",
         "the file, binary or ASCII, by its path from the case file: beside it or in a folder below",
         Text { example: "form.stl" },
-    );
-    const UNIT: Need<Choice<f64>> = need(
-        "unit",
-        "in which the file is drawn; it does not say so itself",
-        Choice(&[
-            ("mm", "millimetres", 1e-3),
-            ("cm", "centimetres", 1e-2),
-            ("m", "metres", 1.0),
-            ("in", "inches of 25.4 mm", 0.0254),
-        ]),
     );
     const ROLE: Or<Choice<Role>> = or(
         "role",
@@ -651,11 +696,11 @@ const STL: Section<Body> = {
     const MOVE: Or<Vector<3>> =
         or("move", "[\"0 m\", \"0 m\", \"0 m\"]", "way by which it is then moved", POINT);
     Section {
-        keys: &[&FILE, &UNIT, &ROLE, &SCALE, &ROTATE, &MOVE],
+        keys: &[&FILE, &DRAWING_UNIT, &ROLE, &SCALE, &ROTATE, &MOVE],
         example: &["file = \"form.stl\"", "unit = \"mm\""],
         read: |t| {
             let path = t.need(&FILE)?;
-            let (unit, _, length) = t.need(&UNIT)?;
+            let (unit, _, length) = t.need(&DRAWING_UNIT)?;
             let (.., role) = t.or(&ROLE)?;
             let (scale, rotate, way) = (t.or(&SCALE)?, t.or(&ROTATE)?, t.or(&MOVE)?);
             // Three plain numbers are radians, and who writes 90 means degrees.
@@ -686,6 +731,7 @@ macro_rules! solid_shapes {
             ("cone", "shape: an upright cone, or a frustum of one", body!(CONE)),
             ("cylinder", "shape: a cylinder without ends", body!(CYLINDER)),
             ("capsule", "shape: a cylinder with round ends", body!(CAPSULE)),
+            ("bar", "shape: a cylinder with flat ends", body!(BAR)),
             ("plane", "shape: all that lies behind a plane", body!(PLANE)),
             ("cone_shell", "shape: the wall of an upright conical mould, open at both ends", body!(CONE_SHELL)),
             ("stl", "shape: what an STL file draws", STL),
@@ -693,6 +739,13 @@ macro_rules! solid_shapes {
         ]
     };
 }
+
+/// What the readings of a solid are called.
+const NAME: Maybe<Name> = maybe(
+    "name",
+    "what its columns of series.csv are called; after its number, as solid1, if this is absent",
+    Name { example: "gate" },
+);
 
 const SOLID: Section<Solid> = {
     const MOTION_KEY: Maybe<Section<Motion>> =
@@ -703,7 +756,7 @@ const SOLID: Section<Solid> = {
         SURFACE,
     );
     Section {
-        keys: &[&SOLID_SHAPES, &MOTION_KEY, &SURFACE_KEY],
+        keys: &[&NAME, &SOLID_SHAPES, &MOTION_KEY, &SURFACE_KEY],
         example: &["box = { min = [\"0.2 m\", \"0 m\", \"0 m\"], max = [\"0.22 m\", \"0.1 m\", \"0.3 m\"] }"],
         read: |t| {
             let body = t.one_of(&SOLID_SHAPES)?;
@@ -713,7 +766,8 @@ const SOLID: Section<Solid> = {
                 _ => Surface::NoSlip,
             };
             let surface = t.maybe(&SURFACE_KEY)?.unwrap_or(usual);
-            Ok(Solid { body, motion: t.maybe(&MOTION_KEY)?.unwrap_or(Motion::REST), surface })
+            let name = t.maybe(&NAME)?.unwrap_or_default();
+            Ok(Solid { name, body, motion: t.maybe(&MOTION_KEY)?.unwrap_or(Motion::REST), surface })
         },
     }
 };
@@ -742,7 +796,7 @@ const UNION: Section<Body> = {
     Section {
         keys: &[&PARTS],
         example: &["of = [{ sphere = { centre = [\"0 m\", \"0 m\", \"0 m\"], diameter = \"100 mm\" } }]"],
-        read: |t| Ok(Body::Union(t.need(&PARTS)?)),
+        read: |t| Ok(Body::Union(Union::new(t.need(&PARTS)?))),
     }
 };
 
@@ -756,8 +810,96 @@ const DIFFERENCE: Section<Body> = {
             "without = [{ sphere = { centre = [\"0.21 m\", \"0.05 m\", \"0.1 m\"], diameter = \"50 mm\" } }]",
         ],
         read: |t| {
-            let without = Body::Union(t.need(&WITHOUT)?);
+            let without = Body::Union(Union::new(t.need(&WITHOUT)?));
             Ok(Body::Difference(Box::new([t.need(&FROM)?, without])))
+        },
+    }
+};
+
+const BARS: Section<Solid> = Section {
+    keys: &[&NAME, &BAR_SOURCES],
+    example: &[
+        "grid = { start = [\"0.1 m\", \"0.2 m\", \"0 m\"], end = [\"0.1 m\", \"0.2 m\", \"0.3 m\"], diameter = \"12 mm\", spacing = [\"50 mm\", \"0 m\", \"0 m\"], count = [3, 1, 1] }",
+    ],
+    read: |t| {
+        Ok(Solid {
+            name: t.maybe(&NAME)?.unwrap_or_default(),
+            body: t.one_of(&BAR_SOURCES)?,
+            motion: Motion::REST,
+            surface: Surface::NoSlip,
+        })
+    },
+};
+
+const BAR_SOURCES: Variants<Body> = Variants {
+    what: "bars",
+    sections: &[
+        ("list", "bars: one by one", BAR_LIST),
+        ("grid", "bars: one that is repeated along the axes", BAR_GRID),
+        ("csv", "bars: those of a CSV file", BAR_FILE),
+    ],
+};
+
+const BAR_LIST: Section<Body> = {
+    const PARTS: Need<List<Section<Shape>>> = need("of", "the bars", List(BAR));
+    Section {
+        keys: &[&PARTS],
+        example: &[
+            "of = [{ start = [\"0.1 m\", \"0.2 m\", \"0 m\"], end = [\"0.1 m\", \"0.2 m\", \"0.3 m\"], diameter = \"12 mm\" }]",
+        ],
+        read: |t| Ok(bars::body(t.need(&PARTS)?)),
+    }
+};
+
+const BAR_GRID: Section<Body> = {
+    const START: Need<Vector<3>> = need("start", "centre of one end of the first bar", POINT);
+    const END: Need<Vector<3>> = need("end", "centre of its other end", POINT);
+    const SPACING: Need<Vector<3>> =
+        need("spacing", "distance between axes of bars, along each axis of coordinates", POINT);
+    const COUNT: Need<Vector<3>> = need(
+        "count",
+        "number of bars along each axis of coordinates, all together no more than 100000",
+        Vector(quantity(Dimension::NUMBER, Bound::UpTo(MOST_BARS), "1")),
+    );
+    const MOST_BARS: f64 = 1e5;
+    Section {
+        keys: &[&START, &END, &DIAMETER, &SPACING, &COUNT],
+        example: &[
+            "start = [\"0.1 m\", \"0.2 m\", \"0 m\"]",
+            "end = [\"0.1 m\", \"0.2 m\", \"0.3 m\"]",
+            "diameter = \"12 mm\"",
+            "spacing = [\"50 mm\", \"0 m\", \"0 m\"]",
+            "count = [3, 1, 1]",
+        ],
+        read: |t| {
+            let ends = [t.need(&START)?.into(), t.need(&END)?.into()];
+            let (radius, spacing) = (0.5 * t.need(&DIAMETER)?, t.need(&SPACING)?.into());
+            let count = t.need(&COUNT)?;
+            no_length(ends, t)?;
+            let whole = count.iter().all(|n| n.fract() == 0.0);
+            if !whole || count.iter().product::<f64>() > MOST_BARS {
+                let value = t.value("count").unwrap_or_else(|| t.itself());
+                let problem = "must be whole numbers, all together no more than 100000 bars";
+                return Err(value.fault(problem, "write [3, 1, 1], say"));
+            }
+            Ok(bars::body(bars::grid(ends, radius, spacing, count.map(|n| n as usize))))
+        },
+    }
+};
+
+const BAR_FILE: Section<Body> = {
+    const FILE: Need<Text> = need(
+        "file",
+        "path of the file from the folder of the case file; columns x1,y1,z1,x2,y2,z2,diameter, a line for each bar",
+        Text { example: "cage.csv" },
+    );
+    Section {
+        keys: &[&FILE, &DRAWING_UNIT],
+        example: &["file = \"cage.csv\"", "unit = \"mm\""],
+        read: |t| {
+            let path = t.need(&FILE)?;
+            let (.., length) = t.need(&DRAWING_UNIT)?;
+            bars::read(&t.value("file").unwrap_or_else(|| t.itself()), &path, *length)
         },
     }
 };
@@ -931,10 +1073,91 @@ const GAUGES: Section<Gauges> = {
         need("interval", "simulated time between two readings (rows of series.csv)", TIME);
     const SPREAD_KEY: Maybe<Section<SpreadGauge>> =
         maybe("spread", "measures the diameter of the fluid around a vertical axis, and T500", SPREAD);
+    const LEVELS: Maybe<List<Section<LevelGauge>>> =
+        maybe("level", "each measures the mean level of the surface over a rectangle", List(LEVEL));
+    const FRONTS: Maybe<List<Section<FrontGauge>>> =
+        maybe("front", "each tells how far the fluid has come, and when it reaches a plane", List(FRONT));
+    const LIGHTS: Maybe<List<Section<LightGauge>>> = maybe(
+        "light",
+        "each tells when one first sees through a box from above, in which fluid has been",
+        List(LIGHT),
+    );
     Section {
-        keys: &[&INTERVAL, &SPREAD_KEY],
+        keys: &[&INTERVAL, &SPREAD_KEY, &LEVELS, &FRONTS, &LIGHTS],
         example: &["interval = \"20 ms\""],
-        read: |t| Ok(Gauges { interval: t.need(&INTERVAL)?, spread: t.maybe(&SPREAD_KEY)? }),
+        read: |t| {
+            Ok(Gauges {
+                interval: t.need(&INTERVAL)?,
+                spread: t.maybe(&SPREAD_KEY)?,
+                level: t.maybe(&LEVELS)?.unwrap_or_default(),
+                front: t.maybe(&FRONTS)?.unwrap_or_default(),
+                light: t.maybe(&LIGHTS)?.unwrap_or_default(),
+            })
+        },
+    }
+};
+
+const LEVEL: Section<LevelGauge> = {
+    const CALLED: Need<Name> = need("name", "what it is called in series.csv", Name { example: "H1" });
+    const LOW: Need<Vector<2>> = need("min", "smallest x and y of the rectangle", Vector(COORDINATE));
+    const HIGH: Need<Vector<2>> = need(
+        "max",
+        "largest x and y; along an axis the same as the smallest for a line of columns",
+        Vector(COORDINATE),
+    );
+    Section {
+        keys: &[&CALLED, &LOW, &HIGH],
+        example: &["name = \"H1\"", "min = [\"0 m\", \"0 m\"]", "max = [\"0.1 m\", \"0.1 m\"]"],
+        read: |t| {
+            Ok(LevelGauge { name: t.need(&CALLED)?, min: t.need(&LOW)?.into(), max: t.need(&HIGH)?.into() })
+        },
+    }
+};
+
+const FRONT: Section<FrontGauge> = {
+    const CALLED: Need<Name> = need("name", "what it is called in series.csv", Name { example: "T200" });
+    const DIRECTION: Need<Choice<(usize, bool)>> = need(
+        "direction",
+        "the way the fluid goes",
+        Choice(&[
+            ("x", "along x", (0, true)),
+            ("-x", "against x", (0, false)),
+            ("y", "along y", (1, true)),
+            ("-y", "against y", (1, false)),
+            ("z", "upwards", (2, true)),
+            ("-z", "downwards", (2, false)),
+        ]),
+    );
+    const AT: Need<Quantity> = need("at", "coordinate of the plane along this direction", COORDINATE);
+    Section {
+        keys: &[&CALLED, &DIRECTION, &AT],
+        example: &["name = \"T200\"", "direction = \"x\"", "at = \"0.3 m\""],
+        read: |t| {
+            let (.., (axis, forwards)) = *t.need(&DIRECTION)?;
+            Ok(FrontGauge { name: t.need(&CALLED)?, axis, forwards, at: t.need(&AT)? })
+        },
+    }
+};
+
+const LIGHT: Section<LightGauge> = {
+    const CALLED: Need<Name> = need("name", "what it is called in series.csv", Name { example: "tv" });
+    const WITH: Maybe<Name> =
+        maybe("with", "name of the solid with which it moves; at rest if absent", Name { example: "mould" });
+    Section {
+        keys: &[&CALLED, &MIN, &MAX, &WITH],
+        example: &[
+            "name = \"tv\"",
+            "min = [\"0 m\", \"0 m\", \"0.1 m\"]",
+            "max = [\"0.05 m\", \"0.05 m\", \"0.3 m\"]",
+        ],
+        read: |t| {
+            Ok(LightGauge {
+                name: t.need(&CALLED)?,
+                min: t.need(&MIN)?.into(),
+                max: t.need(&MAX)?.into(),
+                with: t.maybe(&WITH)?,
+            })
+        },
     }
 };
 
@@ -952,10 +1175,15 @@ const STOP: Section<Stop> = {
         need("time", "simulated time at which the run ends at the latest", TIME);
     const REST_KEY: Maybe<Section<Rest>> =
         maybe("rest", "ends the run earlier when the fluid is at rest", REST);
+    const EVENT: Maybe<Name> = maybe(
+        "event",
+        "ends the run earlier when what the front or light gauge of this name waits for has come",
+        Name { example: "tv" },
+    );
     Section {
-        keys: &[&STOP_TIME, &REST_KEY],
+        keys: &[&STOP_TIME, &REST_KEY, &EVENT],
         example: &["time = \"60 s\""],
-        read: |t| Ok(Stop { time: t.need(&STOP_TIME)?, rest: t.maybe(&REST_KEY)? }),
+        read: |t| Ok(Stop { time: t.need(&STOP_TIME)?, rest: t.maybe(&REST_KEY)?, event: t.maybe(&EVENT)? }),
     }
 };
 

@@ -3,9 +3,7 @@
 //!
 //! STL knows neither units nor shared corners. The case says the unit; corners that agree in all bits are one.
 
-use std::cell::RefCell;
 use std::io::Cursor;
-use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 use tremie_geometry::Body;
@@ -16,23 +14,6 @@ use tremie_numerics::{DMat3, DVec3};
 use crate::case::{MeshFile, Role};
 use crate::document::Value;
 use crate::fault::Fault;
-
-/// Where the files lie that a case names, and what has been read from them.
-pub(crate) struct Files {
-    folder: PathBuf,
-    meshes: RefCell<Vec<MeshFile>>,
-}
-
-impl Files {
-    pub(crate) fn new(folder: &Path) -> Self {
-        Self { folder: folder.to_owned(), meshes: RefCell::default() }
-    }
-
-    /// All that has been read, in this order.
-    pub(crate) fn meshes(&self) -> Vec<MeshFile> {
-        self.meshes.borrow().clone()
-    }
-}
 
 /// How a drawing is put in its place.
 pub(crate) struct Place {
@@ -48,24 +29,7 @@ pub(crate) struct Place {
 
 /// Reads the file at `path`; `value` is where the case names it.
 pub(crate) fn read(value: &Value<'_>, path: String, role: Role, place: &Place) -> Result<Body, Fault> {
-    let inside = |part| matches!(part, Component::Normal(_) | Component::CurDir);
-    if !Path::new(&path).components().all(inside) {
-        return Err(value.fault(
-            "leads out of the case's folder",
-            "put the file beside the case file, or in a folder below, and write its path from there",
-        ));
-    }
-    if !path.to_lowercase().ends_with(".stl") {
-        return Err(value.fault("is not the name of an STL file", "write a name that ends in \".stl\""));
-    }
-    let full = value.files.folder.join(&path);
-    let bytes: Arc<[u8]> = match std::fs::read(&full) {
-        Ok(bytes) => bytes.into(),
-        Err(error) => {
-            let advice = "write the path of the file from the folder of the case file";
-            return Err(value.fault(format!("cannot be read: {error}"), advice));
-        }
-    };
+    let bytes = value.files.read(value, &path, ".stl", "an STL file")?;
     let triangles = triangles(&bytes).map_err(|reason| {
         value
             .fault(format!("is not an STL file: {path}: {reason}"), "export it again, as binary or ASCII STL")
@@ -83,7 +47,7 @@ pub(crate) fn read(value: &Value<'_>, path: String, role: Role, place: &Place) -
         value.fault(format!("bounds no body: in {path} {}{place}", defect.what), remedy(defect.what))
     })?;
     let mesh = Arc::new(mesh.moved(rotation(place.rotate), place.way));
-    value.files.meshes.borrow_mut().push(MeshFile { path, bytes, mesh: mesh.clone(), role });
+    value.files.keep(MeshFile { path, mesh: mesh.clone(), role });
     let body = Body::Mesh(mesh);
     Ok(match role {
         Role::Obstacle => body,

@@ -9,6 +9,7 @@ use tremie_numerics::DVec3;
 
 use crate::Shape;
 use crate::mesh::ClosedMesh;
+use crate::tree::Tree;
 
 /// A closed region of space, in metres.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,8 +20,8 @@ pub enum Body {
     Mesh(Arc<ClosedMesh>),
     /// All that lies outside of this: of the inside of a mould, the mould, without end.
     Complement(Box<Body>),
-    /// All that lies in any of these; at least one.
-    Union(Vec<Body>),
+    /// All that lies in any of several.
+    Union(Union),
     /// All that lies in the first but not in the second.
     Difference(Box<[Body; 2]>),
 }
@@ -41,10 +42,7 @@ impl Body {
                 let (distance, normal) = body.nearest(p);
                 (-distance, -normal)
             }
-            Self::Union(bodies) => {
-                let all = bodies.iter().map(|body| body.nearest(p));
-                all.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, DVec3::Z))
-            }
+            Self::Union(union) => union.nearest(p),
             Self::Difference(bodies) => {
                 let [from, without] = &**bodies;
                 let (one, (distance, normal)) = (from.nearest(p), without.nearest(p));
@@ -59,12 +57,38 @@ impl Body {
             Self::Shape(shape) => shape.bounds(),
             Self::Mesh(mesh) => mesh.bounds(),
             Self::Complement(_) => (DVec3::NEG_INFINITY, DVec3::INFINITY),
-            Self::Union(bodies) => bodies
-                .iter()
-                .map(Self::bounds)
-                .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1))),
+            Self::Union(union) => union.tree.bounds(),
             Self::Difference(bodies) => bodies[0].bounds(),
         }
+    }
+}
+
+/// Bodies as one: of many, such as the bars of a cage, only those near a point are asked for their distance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Union {
+    bodies: Vec<Body>,
+    tree: Tree,
+}
+
+impl Union {
+    /// Of these bodies, at least one.
+    pub fn new(bodies: Vec<Body>) -> Self {
+        let boxes: Vec<[DVec3; 2]> = bodies.iter().map(|body| body.bounds().into()).collect();
+        Self { tree: Tree::new(&boxes), bodies }
+    }
+
+    /// The bodies.
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    fn nearest(&self, p: DVec3) -> (f64, DVec3) {
+        // Squares, as the tree has them, with the sign of the distance.
+        let signed = |n: usize| {
+            let found = self.bodies[n].nearest(p);
+            (found.0 * found.0.abs(), found)
+        };
+        self.tree.nearest(p, signed).map_or((f64::INFINITY, DVec3::Z), |(_, found)| found)
     }
 }
 
@@ -78,7 +102,7 @@ mod tests {
         let hole = Shape::Cylinder { point: DVec3::ZERO, axis: DVec3::Z, radius: 0.5 };
         let knob = Shape::Sphere { centre: DVec3::new(0.8, 0.8, 0.0), radius: 0.1 };
         let pierced = Body::Difference(Box::new([Body::Shape(plate), Body::Shape(hole)]));
-        let body = Body::Union(vec![pierced, Body::Shape(knob)]);
+        let body = Body::Union(Union::new(vec![pierced, Body::Shape(knob)]));
         for (x, z, inside) in [(0.0, -0.5, false), (0.7, -0.5, true), (1.2, -0.5, false), (0.7, 0.1, false)] {
             assert_eq!(body.signed_distance(DVec3::new(x, 0.0, z)) < 0.0, inside, "{x} {z}");
         }
@@ -90,5 +114,24 @@ mod tests {
             "{distance} {normal}"
         );
         assert_eq!(body.bounds(), (DVec3::splat(-1.0), DVec3::new(1.0, 1.0, 0.1)));
+    }
+
+    #[test]
+    fn a_cage_of_many_bars_is_as_near_as_its_nearest_bar() {
+        let bar = |i: usize, j: usize| {
+            let start = DVec3::new(0.05 * i as f64, 0.07 * j as f64, 0.0);
+            Shape::Bar { start, end: start + DVec3::new(0.0, 0.1, 0.5), radius: 0.006 + 1e-4 * i as f64 }
+        };
+        let bars: Vec<Shape> = (0..150).map(|n| bar(n % 15, n / 15)).collect();
+        let column = Shape::Cylinder { point: DVec3::new(0.3, 0.3, 0.0), axis: DVec3::Z, radius: 0.03 };
+        let all = [&bars[..], &[column]].concat();
+        let union = Body::Union(Union::new(all.iter().map(|shape| Body::Shape(*shape)).collect()));
+        for n in 0..4000 {
+            let at = |step: f64| -0.1 + (n as f64 * step).fract();
+            let p = DVec3::new(at(0.618), at(0.414), at(0.732));
+            let nearest = all.iter().map(|shape| shape.signed_distance(p)).fold(f64::INFINITY, f64::min);
+            assert_eq!(union.signed_distance(p), nearest, "{p}");
+        }
+        assert_eq!(union.bounds().1.z, f64::INFINITY);
     }
 }

@@ -11,6 +11,6 @@ mod motion;
 mod shape;
 mod tree;
 
-pub use body::Body;
+pub use body::{Body, Union};
 pub use motion::{Motion, Waypoint};
 pub use shape::{Shape, share};

@@ -48,6 +48,15 @@ pub enum Shape {
         /// Radius.
         radius: f64,
     },
+    /// Cylinder with flat ends, such as a reinforcing bar.
+    Bar {
+        /// Centre of one end.
+        start: DVec3,
+        /// Centre of the other.
+        end: DVec3,
+        /// Radius.
+        radius: f64,
+    },
     /// Half of space, behind a plane.
     HalfSpace {
         /// A point of the plane.
@@ -114,6 +123,22 @@ impl Shape {
                 let d = p - start - if along == DVec3::ZERO { along } else { along * share.clamp(0.0, 1.0) };
                 (d.length() - radius, d.normalize_or(DVec3::Z))
             }
+            Self::Bar { start, end, radius } => {
+                let axis = (end - start).normalize_or(DVec3::Z);
+                let d = p - 0.5 * (start + end);
+                let along = d.dot(axis);
+                let across = d - axis * along;
+                let beyond = DVec2::new(across.length() - radius, along.abs() - 0.5 * start.distance(end));
+                let distance = beyond.max(DVec2::ZERO).length() + beyond.max_element().min(0.0);
+                // Inside, the nearest of side and ends.
+                let away = match beyond.max(DVec2::ZERO) {
+                    DVec2::ZERO if beyond.x >= beyond.y => DVec2::X,
+                    DVec2::ZERO => DVec2::Y,
+                    outside => outside.normalize(),
+                };
+                let side = across.normalize_or(axis.any_orthonormal_vector());
+                (distance, side * away.x + axis * (away.y * along.signum()))
+            }
             Self::HalfSpace { point, normal } => ((p - point).dot(normal), normal),
             Self::ConeShell { base, base_radius, top_radius, height, thickness } => {
                 let corners = [
@@ -146,6 +171,12 @@ impl Shape {
                 (point - DVec3::from(reach), point + DVec3::from(reach))
             }
             Self::Capsule { start, end, radius } => (start.min(end) - radius, start.max(end) + radius),
+            Self::Bar { start, end, radius } => {
+                // How far a disc across the axis reaches along each direction.
+                let axis = (end - start).normalize_or(DVec3::Z);
+                let reach = radius * (DVec3::ONE - axis * axis).max(DVec3::ZERO).map(f64::sqrt);
+                (start.min(end) - reach, start.max(end) + reach)
+            }
             Self::HalfSpace { point, normal } => {
                 // Bounded along an axis only if the plane is across it.
                 let end = |axis: usize, sign: f64| {
@@ -167,6 +198,7 @@ impl Shape {
             Self::Cone { base_radius, top_radius, height, .. } => {
                 height.min(2.0 * base_radius.max(top_radius))
             }
+            Self::Bar { start, end, radius } => start.distance(end).min(2.0 * radius),
             Self::HalfSpace { .. } => f64::INFINITY,
             Self::ConeShell { base_radius, top_radius, height, thickness, .. } => {
                 // The wall leans.
@@ -289,6 +321,7 @@ mod tests {
             Shape::Cylinder { point: DVec3::ZERO, axis: DVec3::Y, radius: 0.05 },
             Shape::Capsule { start: DVec3::ZERO, end: DVec3::new(0.1, 0.2, 0.05), radius: 0.05 },
             Shape::HalfSpace { point: DVec3::new(0.1, 0.0, 0.0), normal: DVec3::new(0.6, 0.0, 0.8) },
+            Shape::Bar { start: DVec3::ZERO, end: DVec3::new(0.1, 0.2, 0.05), radius: 0.05 },
             EN_MOULD,
         ];
         for shape in shapes {
@@ -314,6 +347,28 @@ mod tests {
         }
         assert!((EN_CONE.signed_distance(DVec3::new(0.0, 0.0, 0.01)) + 0.01).abs() < 1e-15);
         assert!((EN_CONE.signed_distance(DVec3::new(0.0, 0.0, 0.35)) - 0.05).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_bar_ends_flat() {
+        let bar = Shape::Bar { start: DVec3::ZERO, end: DVec3::new(0.0, 0.0, 0.2), radius: 0.01 };
+        for (p, distance, normal) in [
+            (DVec3::new(0.03, 0.0, 0.1), 0.02, DVec3::X),
+            (DVec3::new(0.0, 0.005, 0.25), 0.05, DVec3::Z),
+            (DVec3::new(0.008, 0.0, 0.1), -0.002, DVec3::X),
+            (DVec3::new(0.002, 0.0, 0.001), -0.001, DVec3::NEG_Z),
+            (DVec3::new(0.0, -0.04, -0.04), 0.05, DVec3::new(0.0, -0.6, -0.8)),
+        ] {
+            let (found, away) = bar.nearest(p);
+            assert!(
+                (found - distance).abs() < 1e-15 && (away - normal).length() < 1e-12,
+                "{p}: {found} {away}"
+            );
+        }
+        assert_eq!(bar.bounds(), (DVec3::new(-0.01, -0.01, 0.0), DVec3::new(0.01, 0.01, 0.2)));
+        // Leaning: the rim of an end reaches beyond its centre by the radius times the cosine of the slope.
+        let leaning = Shape::Bar { start: DVec3::ZERO, end: DVec3::new(0.3, 0.0, 0.4), radius: 0.01 };
+        assert!((leaning.bounds().1 - DVec3::new(0.308, 0.01, 0.406)).length() < 1e-12);
     }
 
     #[test]

@@ -1,8 +1,8 @@
-//! Tree of boxes over triangles: which of them are near a point or meet a box, in O(log n).
+//! Tree of boxes over things in space, such as triangles: which of them are near a point or meet a box, in O(log n).
 
 use tremie_numerics::DVec3;
 
-/// Triangles in a leaf at most.
+/// Things in a leaf at most.
 const LEAF: usize = 4;
 
 /// A binary tree of axis-parallel boxes, halved at the median along the longest axis.
@@ -10,7 +10,7 @@ const LEAF: usize = 4;
 pub(crate) struct Tree {
     /// Depth first: the first child of a node follows it.
     nodes: Vec<Node>,
-    /// Numbers of the triangles, in the order of the leaves.
+    /// Numbers of the things, in the order of the leaves.
     order: Vec<u32>,
 }
 
@@ -18,7 +18,7 @@ pub(crate) struct Tree {
 struct Node {
     min: DVec3,
     max: DVec3,
-    /// Where its triangles begin and end in `order`.
+    /// Where its things begin and end in `order`.
     first: usize,
     last: usize,
     /// The second child; none for a leaf.
@@ -33,27 +33,27 @@ impl Node {
 }
 
 impl Tree {
-    /// Over the triangles with these corners; at least one.
-    pub(crate) fn new(triangles: &[[DVec3; 3]]) -> Self {
-        let mut tree = Self { nodes: Vec::new(), order: (0..triangles.len() as u32).collect() };
-        tree.split(triangles, 0, triangles.len());
+    /// Over the things with these corners: those of triangles, or the lower and the upper one of boxes; at least one thing.
+    pub(crate) fn new<const N: usize>(things: &[[DVec3; N]]) -> Self {
+        let mut tree = Self { nodes: Vec::new(), order: (0..things.len() as u32).collect() };
+        tree.split(things, 0, things.len());
         tree
     }
 
-    fn split(&mut self, triangles: &[[DVec3; 3]], first: usize, last: usize) -> usize {
+    fn split<const N: usize>(&mut self, things: &[[DVec3; N]], first: usize, last: usize) -> usize {
         let members = &mut self.order[first..last];
-        let corners = members.iter().flat_map(|&n| triangles[n as usize]);
+        let corners = members.iter().flat_map(|&n| things[n as usize]);
         let (min, max) =
             corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), p| (min.min(p), max.max(p)));
         let at = self.nodes.len();
         self.nodes.push(Node { min, max, first, last, second: None });
         if last - first > LEAF {
             let axis = (max - min).max_position();
-            let centre = |n: u32| triangles[n as usize].iter().map(|p| p[axis]).sum::<f64>();
+            let centre = |n: u32| things[n as usize].iter().map(|p| p[axis]).sum::<f64>();
             let half = (last - first) / 2;
             members.select_nth_unstable_by(half, |&a, &b| centre(a).total_cmp(&centre(b)).then(a.cmp(&b)));
-            self.split(triangles, first, first + half);
-            self.nodes[at].second = Some(self.split(triangles, first + half, last));
+            self.split(things, first, first + half);
+            self.nodes[at].second = Some(self.split(things, first + half, last));
         }
         at
     }
@@ -63,7 +63,7 @@ impl Tree {
         (self.nodes[0].min, self.nodes[0].max)
     }
 
-    /// Calls `visit` with every triangle whose leaf meets the box from `min` to `max`.
+    /// Calls `visit` with everything whose leaf meets the box from `min` to `max`.
     pub(crate) fn within(&self, min: DVec3, max: DVec3, visit: &mut impl FnMut(usize)) {
         self.descend(0, &mut |node| node.min.cmple(max).all() && node.max.cmpge(min).all(), visit);
     }
@@ -82,7 +82,8 @@ impl Tree {
         }
     }
 
-    /// The smallest of the squares of distances from `p` that `distance` tells of triangles, with what it tells besides.
+    /// The smallest of the squares of distances from `p` that `distance` tells of things, with what it tells besides. Inside of things it
+    /// may be negative.
     pub(crate) fn nearest<T>(
         &self,
         p: DVec3,
@@ -101,7 +102,9 @@ impl Tree {
         best: &mut Option<(f64, T)>,
     ) {
         let node = &self.nodes[at];
-        if best.as_ref().is_some_and(|(least, _)| node.distance_squared(p) >= *least) {
+        let away = node.distance_squared(p);
+        // Within its box a thing may be deeper than the best so far.
+        if away > 0.0 && best.as_ref().is_some_and(|(least, _)| away >= *least) {
             return;
         }
         let Some(second) = node.second else {

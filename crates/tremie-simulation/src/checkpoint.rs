@@ -33,6 +33,8 @@ pub(crate) struct RunState {
     pub(crate) snapshots: Schedule,
     pub(crate) pictures: Schedule,
     pub(crate) t500: TargetTime,
+    /// What front and light gauges wait for.
+    pub(crate) events: Vec<TargetTime>,
     pub(crate) rest: RestWatch,
 }
 

@@ -18,9 +18,10 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
-use tremie_case::MeshFile;
+use tremie_case::{Case, NamedFile};
 use tremie_output::atomic;
 
+use crate::gauges::Gauges;
 use crate::summary::Summary;
 
 /// A folder that holds, or is to hold, one run.
@@ -144,12 +145,12 @@ impl RunFolder {
     ///
     /// # Errors
     /// If the file system refuses.
-    pub fn begin(&self, case: &str, meshes: &[MeshFile], record: &RunRecord) -> Result<(), FolderError> {
-        for mesh in meshes {
-            let path = self.path.join(&mesh.path);
+    pub fn begin(&self, case: &str, files: &[NamedFile], record: &RunRecord) -> Result<(), FolderError> {
+        for file in files {
+            let path = self.path.join(&file.path);
             let folder = path.parent().unwrap_or(&self.path);
             std::fs::create_dir_all(folder).map_err(io_error(folder))?;
-            atomic::write(&path, &mesh.bytes)?;
+            atomic::write(&path, &file.bytes)?;
         }
         atomic::write(&self.case(), case.as_bytes())?;
         self.write_record(record)
@@ -199,11 +200,11 @@ impl RunFolder {
         Ok(found)
     }
 
-    /// The results, as the run loop left them.
+    /// The results of the run of a case, as the run loop left them.
     ///
     /// # Errors
     /// If there are none yet, or they are damaged.
-    pub fn read_summary(&self) -> Result<Summary, FolderError> {
+    pub fn read_summary(&self, case: &Case) -> Result<Summary, FolderError> {
         let path = self.summary();
         if !path.is_file() {
             return Err(FolderError::NoResults { path: self.path.clone() });
@@ -211,7 +212,7 @@ impl RunFolder {
         let text = std::fs::read_to_string(&path).map_err(io_error(&path))?;
         let json: serde_json::Value =
             serde_json::from_str(&text).map_err(|source| FolderError::Json { path: path.clone(), source })?;
-        Summary::from_json(&json).ok_or(FolderError::Incomplete { path })
+        Summary::from_json(&json, &Gauges::new(case)).ok_or(FolderError::Incomplete { path })
     }
 
     /// The collection of the fields.

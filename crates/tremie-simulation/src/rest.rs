@@ -127,6 +127,9 @@ mod tests {
             potential_energy: 1.0,
             yielded_share: 1.0,
             pressure_max: 1000.0,
+            levels: Vec::new(),
+            fronts: Vec::new(),
+            lights: Vec::new(),
             solids: Vec::new(),
         }
     }

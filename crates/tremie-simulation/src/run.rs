@@ -176,6 +176,7 @@ impl<'a> Run<'a> {
             snapshots: Schedule::default(),
             pictures: Schedule::default(),
             t500: TargetTime::new(T500_SPREAD),
+            events: gauges.targets(),
             rest: RestWatch::default(),
         });
         let updates_before = simulation.load().updates;
@@ -229,6 +230,9 @@ impl<'a> Run<'a> {
         if let Some(spread) = &readings.spread {
             self.state.t500.update(readings.time, spread.max);
         }
+        for (event, value) in self.state.events.iter_mut().zip(readings.awaited()) {
+            event.update(readings.time, value);
+        }
         if let Some(rest) = &self.case.stop.rest {
             self.state.rest.update(rest, &readings);
         }
@@ -266,11 +270,19 @@ impl<'a> Run<'a> {
         let moved = !self.case.solids_move(simulation.time());
         if moved && self.case.stop.rest.as_ref().is_some_and(|rest| self.state.rest.reached(rest)) {
             Some(EndReason::Rest)
+        } else if self.event() {
+            Some(EndReason::Event)
         } else if schedule::reached(simulation.time(), self.case.stop.time) {
             Some(EndReason::Time)
         } else {
             None
         }
+    }
+
+    /// Whether that has come by which the case ends.
+    fn event(&self) -> bool {
+        let awaited = self.case.stop.event.as_ref().and_then(|name| self.gauges.event(name));
+        awaited.is_some_and(|n| self.state.events[n].reached().is_some())
     }
 
     /// Writes a checkpoint and brings the record up to date.
@@ -308,6 +320,12 @@ impl<'a> Run<'a> {
             end_reason,
             readings,
             t500: self.state.t500.reached(),
+            events: self
+                .gauges
+                .events()
+                .into_iter()
+                .zip(self.state.events.iter().map(TargetTime::reached))
+                .collect(),
             volume_error: if first > 0.0 { volume / first - 1.0 } else { 0.0 },
             steps: record.steps,
             wall: record.wall_s,

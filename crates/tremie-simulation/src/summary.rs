@@ -2,13 +2,15 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::gauges::Readings;
+use crate::gauges::{Gauges, Readings};
 
 /// Why a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EndReason {
     /// The fluid came to rest.
     Rest,
+    /// That came for which the case waits.
+    Event,
     /// The case's end time was reached.
     Time,
     /// The user interrupted it; it can be resumed.
@@ -20,13 +22,16 @@ impl EndReason {
     pub fn name(self) -> &'static str {
         match self {
             Self::Rest => "rest",
+            Self::Event => "event",
             Self::Time => "time",
             Self::Interrupted => "interrupted",
         }
     }
 
     fn named(name: &str) -> Option<Self> {
-        [Self::Rest, Self::Time, Self::Interrupted].into_iter().find(|reason| reason.name() == name)
+        [Self::Rest, Self::Event, Self::Time, Self::Interrupted]
+            .into_iter()
+            .find(|reason| reason.name() == name)
     }
 }
 
@@ -39,6 +44,8 @@ pub struct Summary {
     pub readings: Readings,
     /// Time in s at which the largest spread first reached 500 mm, if it did (EN 12350-8).
     pub t500: Option<f64>,
+    /// What front and light gauges wait for: its name, and the time in s at which it came, if it did.
+    pub events: Vec<(String, Option<f64>)>,
     /// Relative change of the fluid's volume since the start of the run.
     pub volume_error: f64,
     /// Time steps.
@@ -61,18 +68,29 @@ impl Summary {
             ("wall_s", json!(self.wall)),
             ("updates_per_second", json!(self.updates_per_second)),
         ];
-        Value::Object(
-            readings.chain(rest.map(|(name, value)| (name.to_owned(), value))).collect::<Map<_, _>>(),
-        )
+        let events = self.events.iter().map(|(name, time)| (name.clone(), json!(time)));
+        let rest = rest.map(|(name, value)| (name.to_owned(), value));
+        Value::Object(readings.chain(events).chain(rest).collect::<Map<_, _>>())
     }
 
-    /// A summary as it stands in `summary.json`; none if something is missing in it.
-    pub fn from_json(json: &Value) -> Option<Self> {
+    /// The time in s at which that came what the gauge of the event `name` waits for, such as `front_T200_s`, if it did.
+    pub fn event(&self, name: &str) -> Option<f64> {
+        self.events.iter().find(|(event, _)| event == name)?.1
+    }
+
+    /// A summary as it stands in `summary.json` of a case with these gauges; none if something is missing in it.
+    pub fn from_json(json: &Value, gauges: &Gauges) -> Option<Self> {
         let number = |name: &str| json.get(name)?.as_f64();
         Some(Self {
             end_reason: EndReason::named(json.get("end_reason")?.as_str()?)?,
-            readings: Readings::from_columns(number)?,
+            readings: Readings::from_columns(number, gauges)?,
             t500: number("t500_s"),
+            events: gauges
+                .events()
+                .into_iter()
+                .map(|name| (number(&name), name))
+                .map(|(t, n)| (n, t))
+                .collect(),
             volume_error: number("volume_error")?,
             steps: json.get("steps")?.as_u64()?,
             wall: number("wall_s")?,
@@ -103,24 +121,32 @@ mod tests {
             potential_energy: 2.0,
             yielded_share: 0.1,
             pressure_max: 800.0,
-            solids: vec![SolidLoad { force: DVec3::new(1.0, 2.0, 3.0), moment: DVec3::new(0.1, 0.2, 0.3) }],
+            levels: vec![("H1".to_owned(), 0.09)],
+            fronts: vec![("T200".to_owned(), 0.4)],
+            lights: vec![("tv".to_owned(), 0.5)],
+            solids: vec![(
+                "gate".to_owned(),
+                SolidLoad { force: DVec3::new(1.0, 2.0, 3.0), moment: DVec3::new(0.1, 0.2, 0.3) },
+            )],
         };
+        let gauges = Gauges::of(&readings);
         for (spread, t500) in [(Some(spread), Some(1.5)), (None, None)] {
             let summary = Summary {
                 end_reason: EndReason::Rest,
                 readings: Readings { spread, ..readings.clone() },
                 t500,
+                events: vec![("front_T200_s".to_owned(), t500), ("light_tv_s".to_owned(), None)],
                 volume_error: -1e-7,
                 steps: 1234,
                 wall: 4.5,
                 updates_per_second: 3e7,
             };
             let json = summary.json();
-            assert_eq!(Summary::from_json(&json), Some(summary));
+            assert_eq!(Summary::from_json(&json, &gauges), Some(summary));
             for key in ["top_m", "end_reason", "steps"] {
                 let mut json = json.clone();
                 json[key] = Value::Null;
-                assert_eq!(Summary::from_json(&json), None, "{key}");
+                assert_eq!(Summary::from_json(&json, &gauges), None, "{key}");
             }
         }
     }

@@ -10,8 +10,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use tremie_case::{
-    Case, Collision, Domain, FluidRegion, Gauges, Lattice, Lbm, Material, Method, Output, Precision, Rest,
-    Side, SpreadGauge, Stepping, Stop,
+    Case, Collision, Domain, FluidRegion, FrontGauge, Gauges, Lattice, Lbm, LevelGauge, Material, Method,
+    Output, Precision, Rest, Side, SpreadGauge, Stepping, Stop,
 };
 use tremie_geometry::Shape;
 use tremie_numerics::{DVec2, DVec3};
@@ -170,6 +170,7 @@ fn case() -> Case {
         },
         solids: Vec::new(),
         meshes: Vec::new(),
+        files: Vec::new(),
         fluid: vec![FluidRegion {
             shape: Shape::Sphere { centre: DVec3::ZERO, radius: 0.1 },
             velocity: DVec3::ZERO,
@@ -186,8 +187,14 @@ fn case() -> Case {
             collision: Collision::Mtrt,
             preset: None,
         }),
-        stop: Stop { time: 1.1, rest: None },
-        gauges: Gauges { interval: 0.05, spread: Some(SpreadGauge { centre: DVec2::ZERO }) },
+        stop: Stop { time: 1.1, rest: None, event: None },
+        gauges: Gauges {
+            interval: 0.05,
+            spread: Some(SpreadGauge { centre: DVec2::ZERO }),
+            level: vec![LevelGauge { name: "middle".into(), min: DVec2::ZERO, max: DVec2::splat(0.05) }],
+            front: vec![FrontGauge { name: "x".into(), axis: 0, forwards: true, at: 0.15 }],
+            light: Vec::new(),
+        },
         output: Output {
             snapshot_interval: Some(0.2),
             picture_interval: Some(0.5),
@@ -201,7 +208,7 @@ fn case() -> Case {
 fn new_folder(path: &Path, case: &Case) -> RunFolder {
     let folder = RunFolder::create(path, false).unwrap();
     let scaling = serde_json::json!({ "cell_size_m": CELL });
-    folder.begin(&case.text, &case.meshes, &RunRecord::new("tremie 0.1.0", "cake", None, scaling)).unwrap();
+    folder.begin(&case.text, &case.files, &RunRecord::new("tremie 0.1.0", "cake", None, scaling)).unwrap();
     folder
 }
 
@@ -278,7 +285,7 @@ fn a_run_to_the_end_time_leaves_all_results() {
         series.columns.join(","),
         "time_s,spread_m,spread_x_m,spread_y_m,spread_diagonal_m,spread_max_m,height_m,top_m,volume_m3,\
          speed_p50_m_s,speed_p99_m_s,speed_max_m_s,kinetic_energy_J,potential_energy_J,yielded_share,\
-         pressure_max_Pa"
+         pressure_max_Pa,level_middle_m,front_x_m"
     );
     // 0, 0.05, ... 1.1 s: the end is a multiple of the interval and is read once.
     assert_eq!(series.rows.len(), 23);
@@ -291,6 +298,9 @@ fn a_run_to_the_end_time_leaves_all_results() {
     // The largest radius along any ray is a little more than the mean one.
     let t500 = RELAXATION * ((RADII[1] - RADII[0]) / (RADII[1] - 0.25)).ln();
     assert!((summary["t500_s"].as_f64().unwrap() - t500).abs() < 0.02, "{summary}");
+    // So does the front along x, which has 0.15 m to go; it counts from where cells are half full.
+    let arrival = RELAXATION * ((RADII[1] - RADII[0]) / (RADII[1] - 0.15)).ln();
+    assert!((summary["front_x_s"].as_f64().unwrap() - arrival).abs() < 0.05, "{summary} {arrival}");
     let last = series.rows.last().unwrap();
     for (name, value) in series.columns.iter().zip(last) {
         assert_eq!(summary[name].as_f64(), Some(*value), "{name}");
@@ -305,8 +315,11 @@ fn a_run_to_the_end_time_leaves_all_results() {
 fn a_run_stops_when_the_fluid_rests() {
     let place = tempfile::tempdir().unwrap();
     let mut case = case();
-    case.stop =
-        Stop { time: 20.0, rest: Some(Rest { spread_rate: 5e-5, growth: 5e-3, speed: 1e-3, duration: 1.0 }) };
+    case.stop = Stop {
+        time: 20.0,
+        rest: Some(Rest { spread_rate: 5e-5, growth: 5e-3, speed: 1e-3, duration: 1.0 }),
+        event: None,
+    };
     case.output.snapshot_interval = None;
     case.output.picture_interval = None;
     let folder = new_folder(place.path(), &case);
@@ -330,10 +343,26 @@ fn a_run_stops_when_the_fluid_rests() {
 }
 
 #[test]
+fn a_run_stops_when_that_comes_for_which_it_waits() {
+    let place = tempfile::tempdir().unwrap();
+    let mut case = case();
+    case.stop.event = Some("x".into());
+    let folder = new_folder(place.path(), &case);
+    let outcome = go(&mut Cake::new(), &case, &folder, None).unwrap();
+    assert_eq!(outcome.reason, EndReason::Event);
+    let (arrival, end) = (outcome.summary.event("front_x_s").unwrap(), outcome.summary.readings.time);
+    assert!(arrival <= end && end < arrival + 0.06, "{arrival} {end}");
+    assert_eq!(folder.read_summary(&case).unwrap(), outcome.summary);
+}
+
+#[test]
 fn an_interrupted_and_resumed_run_is_the_same_to_the_bit() {
     let mut case = case();
-    case.stop =
-        Stop { time: 8.0, rest: Some(Rest { spread_rate: 5e-5, growth: 5e-3, speed: 1e-3, duration: 1.0 }) };
+    case.stop = Stop {
+        time: 8.0,
+        rest: Some(Rest { spread_rate: 5e-5, growth: 5e-3, speed: 1e-3, duration: 1.0 }),
+        event: None,
+    };
     case.output.snapshot_interval = Some(0.7);
     // Drawing takes longer than all the rest.
     case.output.picture_interval = Some(3.0);

@@ -6,7 +6,9 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use serde_json::{Value, json};
-use tremie_case::{Case, MeshFile, Role};
+use tremie_case::{Case, MeshFile, Role, Solid};
+use tremie_geometry::{Body, Shape};
+use tremie_numerics::DVec3;
 
 use crate::numbers::{Numbers, duration, significant};
 use crate::terminal;
@@ -52,6 +54,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     } else {
         let mut rows = numbers.rows();
         rows.extend(case.meshes.iter().map(|mesh| ("mesh", extent(mesh))));
+        rows.extend(case.solids.iter().filter_map(cage).map(|cage| ("bars", cage)));
         let earlier = if case.stop.rest.is_some() { " at most; rest comes earlier" } else { "" };
         let threads = rayon::current_num_threads();
         rows.push((
@@ -72,19 +75,24 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
 
 /// What a mesh is there for, and where it lies, so that a wrong unit is seen.
 fn extent(file: &MeshFile) -> String {
-    let (min, max) = file.mesh.bounds();
+    let volume = significant(1e3 * file.mesh.mesh().volume());
+    format!("{} ({}), {}, {volume} litres", file.path, role(file), span(file.mesh.bounds()))
+}
+
+/// How many bars a solid is made of, if it is, and where they lie.
+fn cage(solid: &Solid) -> Option<String> {
+    let Body::Union(union) = &solid.body else { return None };
+    let bars = union.bodies();
+    let is_bar = |body: &Body| matches!(body, Body::Shape(Shape::Bar { .. }));
+    bars.iter().all(is_bar).then(|| format!("{} ({}), {}", solid.name, bars.len(), span(solid.body.bounds())))
+}
+
+/// From where to where something reaches.
+fn span((min, max): (DVec3, DVec3)) -> String {
     // Without the noise of turning, which is far below a micrometre.
     let millimetres = |length: f64| (1e6 * length).round() / 1e3 + 0.0;
     let along = |axis: usize| format!("{} to {}", millimetres(min[axis]), millimetres(max[axis]));
-    format!(
-        "{} ({}), x {}, y {}, z {} mm, {} litres",
-        file.path,
-        role(file),
-        along(0),
-        along(1),
-        along(2),
-        significant(1e3 * file.mesh.mesh().volume())
-    )
+    format!("x {}, y {}, z {} mm", along(0), along(1), along(2))
 }
 
 fn described(file: &MeshFile) -> Value {

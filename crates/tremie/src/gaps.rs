@@ -9,6 +9,8 @@ use tremie_numerics::DVec3;
 
 /// Points at most that are looked at.
 const POINTS: f64 = 3e5;
+/// Bars of a solid at most that are looked at.
+const MOST_BARS: usize = 1000;
 /// Cosine of the angle between two normals from which on the surfaces face each other.
 const FACING: f64 = -0.7;
 
@@ -23,15 +25,34 @@ pub(crate) struct Gap {
 
 /// The narrowest gap at the start, if there is any.
 pub(crate) fn narrowest(case: &Case, cell_size: f64) -> Option<Gap> {
-    let inside = case.solids.iter().enumerate().filter_map(|(n, solid)| match solid.body {
+    let inside = case.solids.iter().filter_map(|solid| match &solid.body {
         Body::Shape(Shape::ConeShell { base_radius, top_radius, .. }) => {
-            let width = 2.0 * base_radius.min(top_radius);
-            Some(Gap { width, between: format!("the walls of solid {}", n + 1) })
+            let width = 2.0 * base_radius.min(*top_radius);
+            Some(Gap { width, between: format!("the walls of {}", solid.name) })
+        }
+        Body::Union(union) => {
+            let width = between_bars(union.bodies())?;
+            Some(Gap { width, between: format!("two bars of {}", solid.name) })
         }
         _ => None,
     });
     let found = inside.chain(between(case, cell_size));
     found.min_by(|a, b| a.width.total_cmp(&b.width))
+}
+
+/// The narrowest gap in m between two bars that do not touch, looked for at both ends and the middle of each.
+fn between_bars(bodies: &[Body]) -> Option<f64> {
+    let bars = bodies.iter().take(MOST_BARS).filter_map(|body| match *body {
+        Body::Shape(shape @ Shape::Bar { start, end, radius }) => Some((shape, start, end, radius)),
+        _ => None,
+    });
+    let bars: Vec<_> = bars.collect();
+    let gaps = bars.iter().enumerate().flat_map(|(n, (_, start, end, radius))| {
+        let places = [*start, 0.5 * (start + end), *end];
+        let others = bars[..n].iter().chain(&bars[n + 1..]);
+        others.flat_map(move |(other, ..)| places.map(|p| other.signed_distance(p) - radius))
+    });
+    gaps.filter(|gap| *gap > 0.0).reduce(f64::min)
 }
 
 /// The narrowest gap between two solids, or a solid and a wall.
@@ -63,7 +84,7 @@ fn between(case: &Case, cell_size: f64) -> Option<Gap> {
                 let least = narrowest.as_ref().map_or(f64::INFINITY, |found| found.0);
                 if solid && a.1.dot(b.1) < FACING && width < least {
                     let name = |surface: Result<usize, &str>| match surface {
-                        Ok(n) => format!("solid {}", n + 1),
+                        Ok(n) => case.solids[n].name.clone(),
                         Err(side) => format!("the side {side}"),
                     };
                     narrowest = Some((width, format!("{} and {}", name(a.2), name(b.2))));
@@ -113,7 +134,7 @@ mod tests {
         };
         let open = gap(&gate("0.025 m")).unwrap();
         assert!(
-            (open.width - 0.025).abs() < 1e-12 && open.between == "solid 1 and the side z_min",
+            (open.width - 0.025).abs() < 1e-12 && open.between == "solid1 and the side z_min",
             "{open:?}"
         );
         // Standing on the floor there is none; the next are the ones to the sides.
@@ -124,5 +145,13 @@ mod tests {
                          top_diameter = \"30 mm\", height = \"0.2 m\", thickness = \"20 mm\" }\n",
         );
         assert!((mould.unwrap().width - 0.03).abs() < 1e-12);
+        let bar = |x: &str| {
+            format!(
+                "{{ start = [\"{x} m\", \"0.2 m\", \"0 m\"], end = [\"{x} m\", \"0.2 m\", \"0.4 m\"], diameter = \"20 mm\" }}"
+            )
+        };
+        let cage = gap(&format!("[[bars]]\nlist.of = [{}, {}, {}]\n", bar("0.1"), bar("0.17"), bar("0.22")))
+            .unwrap();
+        assert!((cage.width - 0.03).abs() < 1e-12 && cage.between == "two bars of bars1", "{cage:?}");
     }
 }

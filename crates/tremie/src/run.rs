@@ -118,7 +118,7 @@ impl Job {
         let program = format!("tremie {}", env!("CARGO_PKG_VERSION"));
         let mut record = RunRecord::new(program, method(&case), None, numbers.json());
         record.experiment = experiment.map(str::to_owned);
-        folder.begin(&case.text, &case.meshes, &record)?;
+        folder.begin(&case.text, &case.files, &record)?;
         Ok(Self { case, folder, experiment: record.experiment, checkpoint: None })
     }
 
@@ -225,6 +225,7 @@ pub(crate) fn readings(summary: &Summary) -> Vec<(&'static str, String)> {
 pub(crate) fn reason(end: EndReason) -> &'static str {
     match end {
         EndReason::Rest => "came to rest",
+        EndReason::Event => "came to its event",
         EndReason::Time => "stop time reached",
         EndReason::Interrupted => "interrupted",
     }

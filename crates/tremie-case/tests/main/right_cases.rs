@@ -43,6 +43,7 @@ fn every_value_arrives_in_si_units() {
         ],
         solids: Vec::new(),
         meshes: Vec::new(),
+        files: Vec::new(),
         method: Method::Lbm(Lbm {
             cell_size: 0.005,
             precision: Precision::F64,
@@ -58,8 +59,15 @@ fn every_value_arrives_in_si_units() {
         stop: Stop {
             time: 120.0,
             rest: Some(Rest { spread_rate: 5e-5, growth: 5e-3, speed: 0.002, duration: 1.0 }),
+            event: None,
         },
-        gauges: Gauges { interval: 0.02, spread: Some(SpreadGauge { centre: DVec2::ZERO }) },
+        gauges: Gauges {
+            interval: 0.02,
+            spread: Some(SpreadGauge { centre: DVec2::ZERO }),
+            level: Vec::new(),
+            front: Vec::new(),
+            light: Vec::new(),
+        },
         output: Output { snapshot_interval: Some(1.0), picture_interval: None, checkpoint_interval: 60.0 },
         name: "slump_flow.toml".to_owned(),
         text: SLUMP_FLOW.to_owned(),
@@ -167,7 +175,8 @@ surface = "free_slip"
         thickness: 0.002,
     };
     let lifted = Motion::Uniform(DVec3::new(0.0, 0.0, 0.15));
-    assert_eq!(*mould, Solid { body: Body::Shape(shell), motion: lifted, surface: Surface::FreeSlip });
+    let name = "solid1".to_owned();
+    assert_eq!(*mould, Solid { name, body: Body::Shape(shell), motion: lifted, surface: Surface::FreeSlip });
     let point = |time, x| Waypoint { time, offset: DVec3::new(x, 0.0, 0.0) };
     assert_eq!(gate.motion, Motion::Path(vec![point(1.0, 0.0), point(3.0, 1.0)]));
     assert_eq!(gate.surface, Surface::NoSlip);

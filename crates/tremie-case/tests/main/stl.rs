@@ -64,7 +64,7 @@ fn binary_and_ascii_files_give_the_same_body() {
     let same = read(&binary, PLAIN).unwrap();
     assert_eq!(mesh(&ascii).mesh, mesh(&same).mesh);
     assert_eq!(ascii.solids, same.solids);
-    assert_eq!((&*mesh(&same).bytes, mesh(&same).path.as_str()), (&*binary, "form.stl"));
+    assert_eq!((&*same.files[0].bytes, same.files[0].path.as_str()), (&*binary, "form.stl"));
     assert_near(bounds(&ascii), ([0.0; 3], [0.1, 0.06, 0.04]));
     assert!((ascii.solids[0].body.signed_distance(DVec3::new(0.05, 0.03, 0.01)) + 0.01).abs() < 1e-15);
     // Binary files whose header begins as ASCII files do, and ASCII files without a name.

@@ -309,6 +309,25 @@ const MISTAKES: &[Mistake] = &[
 
 /// Wrong solids, each put before the slump flow's `[lbm]` in line 27: line and column from there, and the words expected.
 const WRONG_SOLIDS: &[(&str, usize, usize, &str)] = &[
+    (
+        "name = \"my gate\"\nsphere = { centre = [\"0.2 m\", \"0.1 m\", \"0.1 m\"], diameter = \"20 mm\" }",
+        2,
+        8,
+        "write a letter, then letters, digits and _, such as \"gate\"",
+    ),
+    (
+        "name = \"solid2\"\nsphere = { centre = [\"0.2 m\", \"0.1 m\", \"0.1 m\"], diameter = \"20 mm\" }\n\
+         [[solid]]\nsphere = { centre = [\"0.2 m\", \"0.1 m\", \"0.1 m\"], diameter = \"20 mm\" }",
+        4,
+        1,
+        "two solids are called `solid2`",
+    ),
+    (
+        "bar = { start = [\"0.2 m\", \"0.1 m\", \"0 m\"], end = [\"20 cm\", \"0.1 m\", \"0 m\"], diameter = \"20 mm\" }",
+        2,
+        50,
+        "is where the bar starts",
+    ),
     ("surface = \"no_slip\"", 1, 1, "`solid` has no shape"),
     (
         "sphere = { centre = [\"0.2 m\", \"0.1 m\", \"0.1 m\"], diameter = \"20 mm\" }\nsurface = \"slippery\"",
@@ -316,7 +335,7 @@ const WRONG_SOLIDS: &[(&str, usize, usize, &str)] = &[
         11,
         "write \"no_slip\" or \"free_slip\"",
     ),
-    ("cube = {}", 2, 1, "known keys: box, sphere, cone, cylinder, capsule, plane, cone_shell"),
+    ("cube = {}", 2, 1, "known keys: name, box, sphere, cone, cylinder, capsule, bar, plane, cone_shell"),
     (
         "cone_shell = { base = [\"0 m\", \"0 m\", \"0 m\"], base_diameter = \"200 mm\", top_diameter = \"100 mm\", height = \"300 mm\", thickness = \"1.5 mm\" }",
         2,
@@ -350,6 +369,70 @@ const WRONG_SOLIDS: &[(&str, usize, usize, &str)] = &[
         "write more than \"2 s\"",
     ),
 ];
+
+/// Wrong gauges and stop rules, each put after those of the slump flow (lines 35 and 40), and the words expected.
+const WRONG_GAUGES: &[(&str, &str, usize, &str)] = &[
+    ("level = []", "", 36, "`gauges.level` is empty"),
+    (
+        "level = [{ min = [\"0 m\", \"0 m\"], max = [\"1 cm\", \"1 cm\"] }]",
+        "",
+        36,
+        "`gauges.level.name` is missing",
+    ),
+    (
+        "level = [{ name = \"H\", min = [\"0 m\", \"2 cm\"], max = [\"1 cm\", \"1 cm\"] }]",
+        "",
+        36,
+        "the largest y is smaller than the smallest",
+    ),
+    (
+        "level = [{ name = \"H\", min = [\"0 m\", \"0 m\"], max = [\"1 cm\", \"46 cm\"] }]",
+        "",
+        36,
+        "write \"-0.45 m\" to \"0.45 m\"",
+    ),
+    (
+        "level = [{ name = \"H\", min = [\"0 m\", \"0 m\"], max = [\"0 m\", \"0 m\"] }, { name = \"H\", min = [\"0 m\", \"0 m\"], max = [\"0 m\", \"0 m\"] }]",
+        "",
+        36,
+        "two level gauges are called `H`",
+    ),
+    (
+        "front = [{ name = \"T\", direction = \"up\", at = \"1 cm\" }]",
+        "",
+        36,
+        "`gauges.front.direction` cannot be \"up\"",
+    ),
+    ("front = [{ name = \"T\", direction = \"z\", at = \"1 m\" }]", "", 36, "write \"0 m\" to \"0.32 m\""),
+    (
+        "light = [{ name = \"t\", min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"1 cm\", \"1 cm\", \"1 cm\"], with = \"mould\" }]",
+        "",
+        36,
+        "there is no solid called `mould`",
+    ),
+    ("", "event = \"T\"", 40, "there is none: leave this out"),
+    (
+        "front = [{ name = \"T1\", direction = \"x\", at = \"20 cm\" }, { name = \"T2\", direction = \"x\", at = \"30 cm\" }]",
+        "event = \"T\"",
+        41,
+        "write \"T1\" or \"T2\"",
+    ),
+];
+
+#[test]
+fn wrong_gauges_are_told_at_their_place() {
+    for (gauge, stop, line, says) in WRONG_GAUGES {
+        let newline = |text: &str| if text.is_empty() { String::new() } else { format!("{text}\n") };
+        let text = SLUMP_FLOW
+            .replace("\n[stop]", &format!("{}\n[stop]", newline(gauge)))
+            .replace("\n[output]", &format!("{}\n[output]", newline(stop)));
+        let message = refusal(&text).to_string();
+        assert!(
+            message.contains(&format!("slump_flow.toml:{line}:")) && message.contains(says),
+            "expected line {line}: {says}\nbut got\n{message}"
+        );
+    }
+}
 
 #[test]
 fn wrong_solids_are_told_at_their_place() {

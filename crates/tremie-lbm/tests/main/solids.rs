@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use tremie_lbm::LatticeBoltzmann;
 use tremie_numerics::DVec3;
-use tremie_simulation::{Cells, Simulation};
+use tremie_simulation::{Cells, Fluid, Simulation};
 
 use crate::{advance, advanced, case, cells};
 
@@ -237,4 +237,34 @@ fn a_quarter_of_a_lifted_cone_is_the_whole() {
     let (part, all) = (quarter.snapshot().solids[0].force, whole.snapshot().solids[0].force);
     assert!((4.0 * part.z / all.z - 1.0).abs() < 1e-9, "{part} {all}");
     assert!(all.truncate().length() < 1e-6 * all.z.abs(), "{all}");
+}
+
+#[test]
+fn bars_as_one_body_are_as_bars_one_by_one() {
+    let collapse = |bars: &str| {
+        format!(
+            "{CONCRETE}[domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"0.3 m\", \"0.16 m\", \"0.16 m\"]\n\
+             [[fluid]]\nbox = {{ min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"0.1 m\", \"1 m\", \"0.15 m\"] }}\n{bars}\n\
+             [lbm]\ncell_size = \"10 mm\"\n"
+        )
+    };
+    let ends = |y: u32| {
+        format!(
+            "start = [\"0.13 m\", \"{y} mm\", \"-1 m\"], end = [\"0.13 m\", \"{y} mm\", \"1 m\"], diameter = \"25 mm\""
+        )
+    };
+    let grid = format!(
+        "[[bars]]\ngrid = {{ {}, spacing = [\"0 m\", \"80 mm\", \"0 m\"], count = [1, 2, 1] }}\n",
+        ends(40)
+    );
+    let alone = [40, 120].map(|y| format!("[[solid]]\nbar = {{ {} }}\n", ends(y))).concat();
+    let [one, two] = [grid, alone].map(|bars| advanced(&case(&collapse(&bars)), 1500).snapshot());
+    let (Fluid::Cells(a), Fluid::Cells(b)) = (&one.fluid, &two.fluid);
+    assert!(a == b, "the flow differs");
+    // The flow has reached the bars and passed them, and no fluid is in them.
+    let (beside, beyond) = (a.index(13, 7, 0), a.index(17, 7, 0));
+    assert!(a.fill[beside] > 0.9 && a.fill[beyond] > 0.1, "{} {}", a.fill[beside], a.fill[beyond]);
+    assert!(a.fill.iter().zip(&a.solid).all(|(fill, solid)| *solid == 0 || *fill == 0.0));
+    let (whole, parts) = (one.solids[0].force, two.solids[0].force + two.solids[1].force);
+    assert!(whole.x > 0.0 && (whole - parts).length() < 1e-9 * whole.length(), "{whole} {parts}");
 }

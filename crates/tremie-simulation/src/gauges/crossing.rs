@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TargetTime {
     level: f64,
+    /// Whether the quantity counts only once it has been below the level.
+    from_below: bool,
     last: Option<(f64, f64)>,
     reached: Option<f64>,
 }
@@ -13,11 +15,19 @@ pub struct TargetTime {
 impl TargetTime {
     /// Watches for `level`, in the unit of the quantity.
     pub fn new(level: f64) -> Self {
-        Self { level, last: None, reached: None }
+        Self { level, from_below: false, last: None, reached: None }
+    }
+
+    /// Watches for `level`, once the quantity has been below it.
+    pub fn from_below(level: f64) -> Self {
+        Self { from_below: true, ..Self::new(level) }
     }
 
     /// Takes the next reading, at `time` in s.
     pub fn update(&mut self, time: f64, value: f64) {
+        if self.from_below && self.last.is_none() && value >= self.level {
+            return;
+        }
         if self.reached.is_none() && value >= self.level {
             // The value before was below the level, so that the divisor is positive.
             self.reached = Some(match self.last {
@@ -55,6 +65,15 @@ mod tests {
         assert_eq!(first_crossing(series, 0.1), Some(0.0));
         assert_eq!(first_crossing(series, 0.8), None);
         assert_eq!(first_crossing([], 0.5), None);
+    }
+
+    #[test]
+    fn what_begins_above_the_level_counts_once_it_has_been_below() {
+        let mut target = TargetTime::from_below(0.5);
+        for (time, value) in [(0.0, 1.0), (1.0, 0.7), (2.0, 0.0), (3.0, 0.25), (4.0, 0.75)] {
+            target.update(time, value);
+        }
+        assert_eq!(target.reached(), Some(3.5));
     }
 
     #[test]

@@ -8,26 +8,41 @@
 //! alike, since their fill differs by a factor of two at most.
 
 mod crossing;
+mod front;
+mod level;
+mod light;
 mod spread;
 
 pub use crossing::{TargetTime, first_crossing};
 pub use spread::{Spread, profile};
 
 use rayon::prelude::*;
-use tremie_case::{Case, SpreadGauge};
+use tremie_case::{Case, FrontGauge, LevelGauge, LightGauge, SpreadGauge};
+use tremie_geometry::Motion;
+#[cfg(test)]
+use tremie_numerics::DVec2;
 use tremie_numerics::DVec3;
 
 use crate::plan::Plan;
 use crate::{Cells, Fluid, Snapshot, SolidLoad};
+use light::Light;
 
 /// Fill from which on a cell counts for speeds and pressure.
 const HALF_FULL: f64 = 0.5;
 
+/// How clear a view is when light is seen: cells less than half full hold none up.
+const HALF_CLEAR: f64 = 0.5;
+
 /// The gauges of a case.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Gauges {
     gravity: DVec3,
     spread: Option<SpreadGauge>,
+    levels: Vec<LevelGauge>,
+    fronts: Vec<FrontGauge>,
+    lights: Vec<Light>,
+    /// Names of the solids.
+    solids: Vec<String>,
 }
 
 /// What the gauges read at one moment; one row of the time series.
@@ -55,8 +70,14 @@ pub struct Readings {
     pub yielded_share: f64,
     /// Largest pressure above that of the air in Pa.
     pub pressure_max: f64,
-    /// Force and moment on each solid of the case, with its mirror images.
-    pub solids: Vec<SolidLoad>,
+    /// Name of each level gauge, and mean height in m of the surface.
+    pub levels: Vec<(String, f64)>,
+    /// Name of each front gauge, and how far in m the fluid has come beyond its plane.
+    pub fronts: Vec<(String, f64)>,
+    /// Name of each light gauge, and how clear the view is, from 0 to 1.
+    pub lights: Vec<(String, f64)>,
+    /// Name of each solid of the case, and force and moment on it and its mirror images.
+    pub solids: Vec<(String, SolidLoad)>,
 }
 
 impl Readings {
@@ -88,15 +109,28 @@ impl Readings {
         ]);
         let mut columns: Vec<(String, f64)> =
             columns.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-        for (n, load) in self.solids.iter().enumerate() {
+        columns.extend(self.levels.iter().map(|(name, level)| (level_column(name), *level)));
+        columns.extend(self.fronts.iter().map(|(name, way)| (front_column(name), *way)));
+        columns.extend(self.lights.iter().map(|(name, clear)| (light_column(name), *clear)));
+        for (name, load) in &self.solids {
             let values = [load.force, load.moment].map(|v| v.to_array()).concat();
-            columns.extend(load_columns(n).into_iter().zip(values));
+            columns.extend(load_columns(name).into_iter().zip(values));
         }
         columns
     }
 
-    /// Readings from the values of their columns; none if one is missing that all readings have.
-    pub(crate) fn from_columns(value: impl Fn(&str) -> Option<f64>) -> Option<Self> {
+    /// The level at the gauge of this name, in m.
+    pub fn level(&self, name: &str) -> Option<f64> {
+        Some(self.levels.iter().find(|(level, _)| level == name)?.1)
+    }
+
+    /// What is read of that for which front and light gauges wait.
+    pub(crate) fn awaited(&self) -> impl Iterator<Item = f64> {
+        self.fronts.iter().chain(&self.lights).map(|(_, value)| *value)
+    }
+
+    /// Readings of gauges from the values of their columns; none if one is missing that all these readings have.
+    pub(crate) fn from_columns(value: impl Fn(&str) -> Option<f64>, gauges: &Gauges) -> Option<Self> {
         let spread = || {
             Some(Spread {
                 mean: value("spread_m")?,
@@ -107,10 +141,12 @@ impl Readings {
                 height: value("height_m")?,
             })
         };
-        let load = |n: usize| {
-            let [x, y, z, mx, my, mz] = load_columns(n).map(|name| value(&name));
-            Some(SolidLoad { force: DVec3::new(x?, y?, z?), moment: DVec3::new(mx?, my?, mz?) })
+        let load = |name: &String| {
+            let [x, y, z, mx, my, mz] = load_columns(name).map(|name| value(&name));
+            let load = SolidLoad { force: DVec3::new(x?, y?, z?), moment: DVec3::new(mx?, my?, mz?) };
+            Some((name.clone(), load))
         };
+        let one = |name: &String, column: fn(&str) -> String| Some((name.clone(), value(&column(name))?));
         Some(Self {
             time: value("time_s")?,
             spread: spread(),
@@ -123,15 +159,33 @@ impl Readings {
             potential_energy: value("potential_energy_J")?,
             yielded_share: value("yielded_share")?,
             pressure_max: value("pressure_max_Pa")?,
-            solids: (0..).map_while(load).collect(),
+            levels: gauges.levels.iter().map(|g| one(&g.name, level_column)).collect::<Option<_>>()?,
+            fronts: gauges.fronts.iter().map(|g| one(&g.name, front_column)).collect::<Option<_>>()?,
+            lights: gauges.lights.iter().map(|g| one(&g.name, light_column)).collect::<Option<_>>()?,
+            solids: gauges.solids.iter().map(load).collect::<Option<_>>()?,
         })
     }
 }
 
-/// Names of the readings of the solid number `n`; in the case file the first is number 1.
-fn load_columns(n: usize) -> [String; 6] {
-    let name = |what: &str| format!("solid{}_{what}", n + 1);
-    ["force_x_N", "force_y_N", "force_z_N", "moment_x_Nm", "moment_y_Nm", "moment_z_Nm"].map(name)
+/// Name of the reading of a level gauge.
+fn level_column(name: &str) -> String {
+    format!("level_{name}_m")
+}
+
+/// Name of the reading of a front gauge.
+fn front_column(name: &str) -> String {
+    format!("front_{name}_m")
+}
+
+/// Name of the reading of a light gauge.
+fn light_column(name: &str) -> String {
+    format!("light_{name}")
+}
+
+/// Names of the readings of a solid.
+fn load_columns(name: &str) -> [String; 6] {
+    ["force_x_N", "force_y_N", "force_z_N", "moment_x_Nm", "moment_y_Nm", "moment_z_Nm"]
+        .map(|what| format!("{name}_{what}"))
 }
 
 /// The load on a solid and its mirror images beyond symmetry planes.
@@ -154,7 +208,39 @@ fn whole_load(load: SolidLoad, cells: &Cells) -> SolidLoad {
 impl Gauges {
     /// The gauges that a case asks for.
     pub fn new(case: &Case) -> Self {
-        Self { gravity: case.domain.gravity, spread: case.gauges.spread }
+        let motion = |name: &String| case.solids.iter().find(|solid| solid.name == *name);
+        let light = |gauge: &LightGauge| Light {
+            name: gauge.name.clone(),
+            min: gauge.min,
+            max: gauge.max,
+            motion: gauge.with.as_ref().and_then(motion).map_or(Motion::REST, |solid| solid.motion.clone()),
+        };
+        Self {
+            gravity: case.domain.gravity,
+            spread: case.gauges.spread,
+            levels: case.gauges.level.clone(),
+            fronts: case.gauges.front.clone(),
+            lights: case.gauges.light.iter().map(light).collect(),
+            solids: case.solids.iter().map(|solid| solid.name.clone()).collect(),
+        }
+    }
+
+    /// Names of the times at which that comes for which front and light gauges wait.
+    pub(crate) fn events(&self) -> Vec<String> {
+        let fronts = self.fronts.iter().map(|gauge| format!("front_{}_s", gauge.name));
+        fronts.chain(self.lights.iter().map(|gauge| format!("light_{}_s", gauge.name))).collect()
+    }
+
+    /// The place among these of that for which the gauge of this name waits.
+    pub(crate) fn event(&self, name: &str) -> Option<usize> {
+        let fronts = self.fronts.iter().map(|gauge| &gauge.name);
+        fronts.chain(self.lights.iter().map(|gauge| &gauge.name)).position(|gauge| gauge == name)
+    }
+
+    /// Watches for them.
+    pub(crate) fn targets(&self) -> Vec<TargetTime> {
+        let fronts = self.fronts.iter().map(|_| TargetTime::new(0.0));
+        fronts.chain(self.lights.iter().map(|_| TargetTime::from_below(HALF_CLEAR))).collect()
     }
 
     /// Reads all gauges; the same snapshot gives the same bits on any number of threads.
@@ -170,6 +256,7 @@ impl Gauges {
             .map(|(_, velocity)| velocity.length())
             .collect();
         let body = cells.size.powi(3) * cells.copies();
+        let names = self.solids.iter().cloned();
         Readings {
             time: snapshot.time,
             spread: self.spread.as_ref().map(|gauge| Spread::measure(cells, &height, gauge.centre)),
@@ -182,7 +269,29 @@ impl Gauges {
             potential_energy: sums.potential * cells.density * body,
             yielded_share: if sums.fill > 0.0 { sums.yielded / sums.fill } else { 0.0 },
             pressure_max: sums.pressure.max(0.0),
-            solids: snapshot.solids.iter().map(|load| whole_load(*load, cells)).collect(),
+            levels: self.levels.iter().map(|g| (g.name.clone(), level::measure(cells, g))).collect(),
+            fronts: self.fronts.iter().map(|g| (g.name.clone(), front::measure(cells, g))).collect(),
+            lights: self.lights.iter().map(|g| (g.name.clone(), g.measure(cells, snapshot.time))).collect(),
+            solids: names.zip(snapshot.solids.iter().map(|load| whole_load(*load, cells))).collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+impl Gauges {
+    /// Gauges that read what has these names.
+    pub(crate) fn of(readings: &Readings) -> Self {
+        let (min, max) = (DVec2::ZERO, DVec2::ONE);
+        let names = |named: &[(String, f64)]| named.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+        let level = |name| LevelGauge { name, min, max };
+        let front = |name| FrontGauge { name, axis: 0, forwards: true, at: 0.0 };
+        let light = |name| Light { name, min: DVec3::ZERO, max: DVec3::ONE, motion: Motion::REST };
+        Self {
+            levels: names(&readings.levels).into_iter().map(level).collect(),
+            fronts: names(&readings.fronts).into_iter().map(front).collect(),
+            lights: names(&readings.lights).into_iter().map(light).collect(),
+            solids: readings.solids.iter().map(|(name, _)| name.clone()).collect(),
+            ..Self::default()
         }
     }
 }
@@ -251,7 +360,6 @@ impl Sums {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tremie_numerics::DVec2;
 
     /// A quarter of a block 0.4 m x 0.2 m x 0.25 m of fluid that turns about the z axis at 1/s; its upper cells are half
     /// full, and one of them is nearly empty and very fast.
@@ -300,6 +408,7 @@ mod tests {
         let gauges = Gauges {
             gravity: DVec3::new(0.0, 0.0, -10.0),
             spread: Some(SpreadGauge { centre: DVec2::ZERO }),
+            ..Gauges::default()
         };
         let mut snapshot = Snapshot { time: 0.5, fluid: Fluid::Cells(cells), solids: Vec::new() };
         let readings = gauges.measure(&snapshot);
@@ -343,7 +452,7 @@ mod tests {
 
     #[test]
     fn no_fluid_reads_zero() {
-        let gauges = Gauges { gravity: DVec3::ZERO, spread: None };
+        let gauges = Gauges::default();
         let cells = Cells { size: 0.1, domain: [DVec3::ZERO, DVec3::ONE], ..Cells::default() };
         let readings =
             gauges.measure(&Snapshot { time: 0.0, fluid: Fluid::Cells(cells), solids: Vec::new() });

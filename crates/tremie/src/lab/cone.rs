@@ -1,186 +1,166 @@
-//! The cone of EN 12350-2 and -8, filled with fresh concrete and taken away: what slump and slump flow have in common.
+//! A cone filled with fresh concrete and taken away: that of EN 12350-2 and -8, and the small ones for paste and mortar.
 //!
-//! The mould vanishes at once, or is lifted at a speed by its height of 300 mm: 2 s of the standards' tests are 0.15 m/s. A real mould is a
+//! The mould vanishes at once, or is lifted at a speed by its height: 2 s for the 300 mm of the standards' tests are 0.15 m/s. A real mould is a
 //! thin sheet; here its wall is two cells thick, outwards, and the concrete slides along it.
 
 use std::f64::consts::PI;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use tremie_case::Case;
 use tremie_geometry::{Body, Motion, Shape};
 
+use super::setup::{Mix, Setup, at_rest, frustum, lifted, mm, point, whole};
 use super::thin_sheet::ThinSheet;
 use crate::numbers::significant;
-use crate::quantities::{density, length, speed, stress, viscosity};
+use crate::quantities::{length, speed};
 
 /// The cone of EN 12350-2 in m: base and top diameter, height.
 pub(crate) const CONE: [f64; 3] = [0.2, 0.1, 0.3];
 /// Its volume in m3.
-pub(crate) const VOLUME: f64 =
-    PI / 12.0 * CONE[2] * (CONE[0] * CONE[0] + CONE[0] * CONE[1] + CONE[1] * CONE[1]);
+pub(crate) const VOLUME: f64 = volume(CONE);
 /// Gravity in m/s2.
 pub(crate) const GRAVITY: f64 = 9.81;
 
-/// Half a side in m that the plate has at least: room for the circle of 500 mm.
-const LEAST_ROOM: f64 = 0.3;
+/// The plate reaches from the middle at least so far, in heights of the cone: room for the circle of 500 mm.
+const LEAST_ROOM: f64 = 1.0;
 /// The plate is larger than the expected spread by this factor.
 const ROOM: f64 = 1.25;
-/// Spread in m beyond which the sheet would be thinner than any aggregate.
-const LARGEST_SPREAD: f64 = 3.0;
+/// Spread in heights of the cone beyond which the sheet would be thinner than any aggregate.
+const LARGEST_SPREAD: f64 = 10.0;
 /// Speeds in m/s at which a mould can be lifted.
 const LIFTS: [f64; 2] = [0.01, 5.0];
 /// Cells through the wall of the mould: more than a step between diagonal neighbours.
-const WALL: f64 = 2.0;
-/// Cell sizes in m that make sense for the cone.
-const CELL_SIZES: [f64; 2] = [2.5e-4, 0.025];
+pub(super) const WALL: f64 = 2.0;
+/// Most and fewest cells over the height of a cone that make sense.
+const CELLS: [f64; 2] = [1200.0, 12.0];
 
-/// What can be said about the concrete and how it is computed.
+/// The volume in m3 of a cone of these diameters and height in m.
+pub(super) const fn volume([base, top, height]: [f64; 3]) -> f64 {
+    PI / 12.0 * height * (base * base + base * top + top * top)
+}
+
+/// What can be said about the concrete and its cone.
 #[derive(Debug, Args)]
-pub(super) struct Mix {
-    /// Yield stress
-    #[arg(long, value_name = "STRESS", default_value = "50Pa", value_parser = stress)]
-    yield_stress: f64,
-    /// Plastic viscosity
-    #[arg(long, value_name = "VISCOSITY", default_value = "30Pa.s", value_parser = viscosity)]
-    viscosity: f64,
-    /// Density
-    #[arg(long, value_name = "DENSITY", default_value = "2300kg/m3", value_parser = density)]
-    density: f64,
-    /// Lift the cone at this speed instead of taking it away at once (its 300 mm in 2 s are 0.15 m/s)
+pub(super) struct ConeTest {
+    #[command(flatten)]
+    pub(super) mix: Mix,
+    /// Lift the cone at this speed instead of taking it away at once (300 mm in 2 s are 0.15 m/s)
     #[arg(long, value_name = "SPEED", value_parser = speed)]
     lift: Option<f64>,
     /// Edge of the cells
     #[arg(long, value_name = "LENGTH", default_value = "5mm", value_parser = length)]
-    cell_size: f64,
+    pub(super) cell_size: f64,
     /// Compute all of the concrete instead of a quarter between planes of symmetry
     #[arg(long)]
-    full: bool,
-    /// Format of the numbers in the cells
-    #[arg(long, value_enum, default_value_t = Precision::F32)]
-    precision: Precision,
+    pub(super) full: bool,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Precision {
-    /// 32 bits
-    F32,
-    /// 64 bits
-    F64,
+/// Diameter in m at which concrete of a volume in m3 comes to rest if it spreads slowly to a thin sheet.
+pub(super) fn spread_of_a_sheet(volume: f64, yield_stress: f64, density: f64) -> f64 {
+    2.0 * ThinSheet::new(volume, yield_stress, density, GRAVITY).radius
 }
 
-/// Diameter in m at which the concrete comes to rest if it spreads slowly to a thin sheet.
-pub(super) fn spread_of_a_sheet(yield_stress: f64, density: f64) -> f64 {
-    2.0 * ThinSheet::new(VOLUME, yield_stress, density, GRAVITY).radius
+/// A cone that spreads on a plate.
+pub(super) struct Spreading<'a> {
+    /// Stands above the pictures.
+    pub(super) title: &'a str,
+    /// What the test is.
+    pub(super) test: &'a str,
+    /// The cone: diameters below and above, height in m.
+    pub(super) cone: [f64; 3],
+    /// What else stands on the plate, as text.
+    pub(super) parts: String,
+    /// What else is measured, as text.
+    pub(super) gauges: String,
 }
 
-/// The case file of an experiment, or why there is none; `title` stands above the pictures, `test` says what it is.
-pub(super) fn case_text(mix: &Mix, title: &str, test: &str) -> Result<String, String> {
-    let &Mix { yield_stress, viscosity, density, lift, cell_size, full, precision } = mix;
-    let spread = spread_of_a_sheet(yield_stress, density);
-    if spread > LARGEST_SPREAD {
-        let least = yield_stress * (spread / LARGEST_SPREAD).powi(5);
-        return Err(format!(
-            "with a yield stress of {} Pa the concrete would spread to about {spread:.1} m, as thin as a coat of paint; give a --yield-stress of {} Pa at least",
-            significant(yield_stress),
-            significant(1.005 * least),
-        ));
+impl Spreading<'_> {
+    /// The case file of an experiment, or why there is none.
+    pub(super) fn case_text(&self, arguments: &ConeTest) -> Result<String, String> {
+        let &ConeTest { ref mix, lift, cell_size, full } = arguments;
+        let [base, top, height] = self.cone;
+        let spread = spread_of_a_sheet(volume(self.cone), mix.yield_stress, mix.density);
+        if spread > LARGEST_SPREAD * height {
+            let least = mix.yield_stress * (spread / (LARGEST_SPREAD * height)).powi(5);
+            return Err(format!(
+                "with a yield stress of {} Pa the concrete would spread to about {spread:.1} m, as thin as a coat of paint; give a --yield-stress of {} Pa at least",
+                significant(mix.yield_stress),
+                significant(1.005 * least),
+            ));
+        }
+        let [most, fewest] = CELLS.map(|cells| height / cells);
+        if !(most..=fewest).contains(&cell_size) {
+            let mm = |length: f64| significant(1e3 * length);
+            return Err(format!(
+                "cells of {} mm do not suit a cone of {} mm x {} mm; give a --cell-size from {} mm to {} mm",
+                mm(cell_size),
+                mm(base),
+                mm(height),
+                mm(most),
+                mm(fewest)
+            ));
+        }
+        if let Some(speed) = lift
+            && !(LIFTS[0]..=LIFTS[1]).contains(&speed)
+        {
+            return Err(format!(
+                "a mould is not lifted at {} m/s; give a --lift from 1 cm/s to 5 m/s, or none to take it away at once",
+                significant(speed)
+            ));
+        }
+        // In whole cells, with at least one of air above the cone, and room to see it lifted.
+        let room = whole((0.5 * ROOM * spread).max(LEAST_ROOM * height), cell_size);
+        let above = whole(if lift.is_some() { 2.0 * height } else { height }, cell_size) + cell_size;
+        let low = if full { -room } else { 0.0 };
+        let how = if lift.is_some() { "whose mould is lifted" } else { "that is let go at once" };
+        let part = if full { "The whole plate." } else { "A quarter of the plate." };
+        let mould = lift.map_or_else(String::new, |speed| mould(self.cone, speed, cell_size));
+        let setup = Setup {
+            test: format!("{}: a cone of fresh concrete {how}.", self.test),
+            title: self.title,
+            mix,
+            domain: format!("{part} The expected spread is {:.0} mm.", 1e3 * spread),
+            min: [low, low, 0.0],
+            max: [room, room, above],
+            symmetry: if full { Vec::new() } else { vec!["x_min", "y_min"] },
+            parts: format!("[[fluid]]\n{}\n{mould}{}", frustum([0.0; 3], [base, top], height), self.parts),
+            cell_size,
+            gauges: format!("spread = {{ centre = [\"0 mm\", \"0 mm\"] }}\n{}", self.gauges),
+            stop_time: mix.stop_time() + lift.map_or(0.0, |speed| (height / speed).ceil()),
+            stop: format!(
+                "# At rest the spread grows by less than 0.05 mm/s (over the last fifth of the time), has less than 0.5 % still to grow, and\n# 99 % of the concrete is slower than 1 mm/s (for 1 s).\n{}",
+                at_rest("{}")
+            ),
+            intervals: [1.0, 2.0],
+        };
+        Ok(setup.text())
     }
-    if !(CELL_SIZES[0]..=CELL_SIZES[1]).contains(&cell_size) {
-        return Err(format!(
-            "cells of {} mm do not suit a cone of 200 mm x 300 mm; give a --cell-size from 0.25 mm to 25 mm",
-            significant(1e3 * cell_size)
-        ));
-    }
-    if let Some(speed) = lift
-        && !(LIFTS[0]..=LIFTS[1]).contains(&speed)
-    {
-        return Err(format!(
-            "a mould is not lifted at {} m/s; give a --lift from 1 cm/s to 5 m/s, or none to take it away at once",
-            significant(speed)
-        ));
-    }
-    // In whole cells, with at least one of air above the cone, and room to see it lifted.
-    let whole = |length: f64| (length / cell_size - 1e-9).ceil();
-    let room = whole((0.5 * ROOM * spread).max(LEAST_ROOM));
-    let height = whole(if lift.is_some() { 2.0 * CONE[2] } else { CONE[2] }) + 1.0;
-    let low = if full { -room } else { 0.0 };
-    let mm = |length: f64| format!("\"{} mm\"", tidy(1e3 * length));
-    let symmetry = if full { "" } else { "sides = { x_min = \"symmetry\", y_min = \"symmetry\" }\n" };
-    let part = if full { "The whole plate." } else { "A quarter of the plate." };
-    let precision = match precision {
-        Precision::F32 => "f32",
-        Precision::F64 => "f64",
-    };
-    Ok(format!(
-        r#"# {test}: a cone of fresh concrete {how}.
-# Edit it and run it with: tremie run FILE
-
-title = "{title}"
-method = "lbm"
-
-[material]
-density = "{density} kg/m3"
-bingham = {{ yield_stress = "{yield_stress} Pa", plastic_viscosity = "{viscosity} Pa s" }}
-
-# {part} The expected spread is {expected:.0} mm.
-[domain]
-min = [{min}, {min}, "0 mm"]
-max = [{max}, {max}, {top}]
-{symmetry}
-# The cone of EN 12350-2.
-[[fluid]]
-cone = {{ base = ["0 mm", "0 mm", "0 mm"], base_diameter = "200 mm", top_diameter = "100 mm", height = "300 mm" }}
-{mould}
-[lbm]
-cell_size = {cell}
-stepping = "adaptive"
-precision = "{precision}"
-
-[gauges]
-interval = "20 ms"
-spread = {{ centre = ["0 mm", "0 mm"] }}
-
-# At rest the spread grows by less than 0.05 mm/s (over the last fifth of the time), has less than 0.5 % still to grow, and
-# 99 % of the concrete is slower than 1 mm/s (for 1 s).
-[stop]
-time = "{stop} s"
-rest = {{}}
-
-[output]
-snapshot_interval = "2 s"
-picture_interval = "1 s"
-"#,
-        how = if lift.is_some() { "whose mould is lifted" } else { "that is let go at once" },
-        mould = lift.map_or_else(String::new, |speed| mould(speed, cell_size)),
-        density = tidy(density),
-        yield_stress = tidy(yield_stress),
-        viscosity = tidy(viscosity),
-        expected = 1e3 * spread,
-        min = mm(low * cell_size),
-        max = mm(room * cell_size),
-        top = mm(height * cell_size),
-        cell = mm(cell_size),
-        stop = tidy(stop_time(viscosity, yield_stress) + lift.map_or(0.0, |speed| (CONE[2] / speed).ceil())),
-    ))
 }
 
-/// The mould that is lifted at a speed in m/s.
-fn mould(speed: f64, cell_size: f64) -> String {
+/// The mould of a cone that is lifted by its height at a speed in m/s.
+fn mould(cone: [f64; 3], speed: f64, cell_size: f64) -> String {
     format!(
         r#"
-# The mould is lifted by its height at {speed} m/s. Its inside is that of the standard; its wall is thick enough for the cells.
+# The mould is lifted by its height. Its inside is that of the standard; its wall is thick enough for the cells.
 [[solid]]
-cone_shell = {{ base = ["0 mm", "0 mm", "0 mm"], base_diameter = "200 mm", top_diameter = "100 mm", height = "300 mm", thickness = "{thickness} mm" }}
+name = "mould"
+{}
 surface = "free_slip"
-[solid.motion.path]
-points = [
-    {{ time = "0 s", offset = ["0 mm", "0 mm", "0 mm"] }},
-    {{ time = "{time} s", offset = ["0 mm", "0 mm", "300 mm"] }},
-]
-"#,
-        thickness = tidy(1e3 * WALL * cell_size),
-        time = tidy(CONE[2] / speed),
-        speed = tidy(speed),
+{}"#,
+        shell([0.0; 3], cone, cell_size),
+        lifted(cone[2], speed),
+    )
+}
+
+/// The mould of a cone, on the centre of its lower end.
+pub(super) fn shell(at: [f64; 3], [base, top, height]: [f64; 3], cell_size: f64) -> String {
+    format!(
+        "cone_shell = {{ base = {}, base_diameter = {}, top_diameter = {}, height = {}, thickness = {} }}",
+        point(at),
+        mm(base),
+        mm(top),
+        mm(height),
+        mm(WALL * cell_size)
     )
 }
 
@@ -191,16 +171,6 @@ pub(super) fn lift(case: &Case) -> Option<f64> {
     let speeds =
         moulds.filter(|solid| solid.motion != Motion::REST).map(|solid| solid.motion.largest_speed(0.0));
     speeds.reduce(f64::max)
-}
-
-/// Time in s by which the concrete has long come to rest: it creeps for a multiple of its viscosity over its yield stress.
-fn stop_time(viscosity: f64, yield_stress: f64) -> f64 {
-    (200.0 * viscosity / yield_stress).clamp(60.0, 3600.0).ceil()
-}
-
-/// Without the noise in the last digits that computing leaves, and without negative zeros.
-fn tidy(number: f64) -> f64 {
-    format!("{number:.11e}").parse().unwrap_or(number) + 0.0
 }
 
 /// Whether a case is this cone, with nothing else in it, and its spread is measured.
@@ -223,10 +193,12 @@ pub(super) fn is_one(case: &Case) -> bool {
         && case.solids.iter().all(|solid| mould(&solid.body))
 }
 
-/// Height in m of the cone of a case at the start.
-pub(super) fn height(case: &Case) -> Option<f64> {
+/// Diameters below and above and height in m of the cone of a case at the start.
+pub(super) fn dimensions(case: &Case) -> Option<[f64; 3]> {
     case.fluid.iter().find_map(|region| match region.shape {
-        Shape::Cone { height, .. } => Some(height),
+        Shape::Cone { base_radius, top_radius, height, .. } => {
+            Some([2.0 * base_radius, 2.0 * top_radius, height])
+        }
         _ => None,
     })
 }
@@ -240,17 +212,24 @@ pub(super) fn to_ten(millimetres: f64) -> u32 {
 mod tests {
     use super::*;
 
-    fn text_of(mix: &Mix) -> Result<String, String> {
-        case_text(mix, "Slump flow", "Slump flow (EN 12350-8)")
+    fn text_of(arguments: &ConeTest) -> Result<String, String> {
+        let spreading = Spreading {
+            title: "Slump flow",
+            test: "Slump flow (EN 12350-8)",
+            cone: CONE,
+            parts: String::new(),
+            gauges: String::new(),
+        };
+        spreading.case_text(arguments)
     }
 
-    fn arguments(extra: &[&str]) -> Mix {
+    fn arguments(extra: &[&str]) -> ConeTest {
         #[derive(clap::Parser)]
         struct Line {
             #[command(flatten)]
-            mix: Mix,
+            test: ConeTest,
         }
-        clap::Parser::try_parse_from([&["x"], extra].concat()).map(|line: Line| line.mix).unwrap()
+        clap::Parser::try_parse_from([&["x"], extra].concat()).map(|line: Line| line.test).unwrap()
     }
 
     #[test]
@@ -274,7 +253,7 @@ mod tests {
     fn the_formula_gives_what_others_have_worked_out() {
         // Spread in m for 2300 kg/m3 at 20, 50, 100 Pa.
         for (yield_stress, spread) in [(20.0, 0.720642), (50.0, 0.599973), (100.0, 0.52231)] {
-            assert!((spread_of_a_sheet(yield_stress, 2300.0) - spread).abs() < 1e-4);
+            assert!((spread_of_a_sheet(VOLUME, yield_stress, 2300.0) - spread).abs() < 1e-4);
         }
     }
 

@@ -15,7 +15,7 @@ use tremie_case::Case;
 use tremie_simulation::Summary;
 
 use super::Figures;
-use super::cone::{self, Mix, to_ten};
+use super::cone::{self, CONE, ConeTest, Spreading, to_ten};
 use crate::failure::WrongInput;
 use crate::numbers::significant;
 use crate::run::{Job, Manner, Place};
@@ -32,7 +32,7 @@ Examples:
 The folder's case.toml can be edited and run again with `tremie run`.")]
 pub(crate) struct Arguments {
     #[command(flatten)]
-    mix: Mix,
+    test: ConeTest,
     #[command(flatten)]
     place: Place,
     #[command(flatten)]
@@ -41,14 +41,21 @@ pub(crate) struct Arguments {
 
 /// Does the experiment.
 pub(crate) fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
-    let text = cone::case_text(&arguments.mix, "Slump", "Slump (EN 12350-2)").map_err(WrongInput)?;
+    let spreading = Spreading {
+        title: "Slump",
+        test: "Slump (EN 12350-2)",
+        cone: CONE,
+        parts: String::new(),
+        gauges: String::new(),
+    };
+    let text = spreading.case_text(&arguments.test).map_err(WrongInput)?;
     let case = Case::parse("slump", &text)?;
     Job::new(case, arguments.place, NAME, Some(NAME))?.run(arguments.manner)
 }
 
 /// The figures of the experiment.
 pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
-    let start = cone::height(case)?;
+    let [.., start] = cone::dimensions(case)?;
     let slump_mm = 1e3 * (start - summary.readings.top).max(0.0);
     let class = class(slump_mm);
     let cell_size = tremie_lbm::Plan::new(case).scaling.cell_size;

@@ -13,7 +13,7 @@ use tremie_case::Case;
 use tremie_simulation::Summary;
 
 use super::Figures;
-use super::cone::{self, Mix, to_ten};
+use super::cone::{self, CONE, ConeTest, Spreading, to_ten};
 use crate::failure::WrongInput;
 use crate::numbers::significant;
 use crate::run::{Job, Manner, Place};
@@ -32,7 +32,7 @@ Examples:
 The folder's case.toml can be edited and run again with `tremie run`.")]
 pub(crate) struct Arguments {
     #[command(flatten)]
-    mix: Mix,
+    test: ConeTest,
     #[command(flatten)]
     place: Place,
     #[command(flatten)]
@@ -41,8 +41,14 @@ pub(crate) struct Arguments {
 
 /// Does the experiment.
 pub(crate) fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
-    let text =
-        cone::case_text(&arguments.mix, "Slump flow", "Slump flow (EN 12350-8)").map_err(WrongInput)?;
+    let spreading = Spreading {
+        title: "Slump flow",
+        test: "Slump flow (EN 12350-8)",
+        cone: CONE,
+        parts: String::new(),
+        gauges: String::new(),
+    };
+    let text = spreading.case_text(&arguments.test).map_err(WrongInput)?;
     let case = Case::parse("slump flow", &text)?;
     Job::new(case, arguments.place, NAME, Some(NAME))?.run(arguments.manner)
 }
@@ -50,23 +56,14 @@ pub(crate) fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
 /// The figures of the experiment, if the case measures a spread.
 pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
     let spread = summary.readings.spread?;
-    let start = cone::height(case)?;
+    let [.., start] = cone::dimensions(case)?;
     let flow_mm = 1e3 * 0.5 * (spread.x + spread.y);
     let slump_mm = 1e3 * (start - spread.height).max(0.0);
     let (sf, vs) = (flow_class(flow_mm), summary.t500.map(viscosity_class));
-    let t500 = match summary.t500 {
-        Some(time) => format!("{time:.1} s"),
-        None => "not reached".to_owned(),
-    };
-    let estimate = cone::spread_of_a_sheet(case.material.curve.yield_stress(), case.material.density);
+    let t500 = t500(summary);
+    let estimate =
+        cone::spread_of_a_sheet(cone::VOLUME, case.material.curve.yield_stress(), case.material.density);
     let cell_size = tremie_lbm::Plan::new(case).scaling.cell_size;
-    let touch = match cone::lift(case) {
-        Some(speed) => {
-            format!("(first touch, from when the cone begins to rise at {} m/s)", significant(speed))
-        }
-        None => "(first touch; here the cone vanishes at once, a real one is lifted in 1 s to 3 s: --lift)"
-            .to_owned(),
-    };
     let class = [Some(sf), vs].into_iter().flatten().collect::<Vec<_>>().join(", ");
     let headline = vec![
         ("slump flow", format!("{} mm", to_ten(flow_mm))),
@@ -85,7 +82,7 @@ pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
             ),
         ),
         ("T500", t500),
-        ("", touch),
+        ("", touch(case)),
         ("class", class),
         ("final height", format!("{:.0} mm in the middle", 1e3 * spread.height)),
         ("slump", format!("{slump_mm:.0} mm")),
@@ -115,6 +112,22 @@ pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
         rows,
         json: json.map(|(name, value)| (name.to_owned(), value)).into_iter().collect(),
     })
+}
+
+/// The time to 500 mm, for people.
+pub(super) fn t500(summary: &Summary) -> String {
+    summary.t500.map_or_else(|| "not reached".to_owned(), |time| format!("{time:.1} s"))
+}
+
+/// From when it counts.
+pub(super) fn touch(case: &Case) -> String {
+    match cone::lift(case) {
+        Some(speed) => {
+            format!("(first touch, from when the cone begins to rise at {} m/s)", significant(speed))
+        }
+        None => "(first touch; here the cone vanishes at once, a real one is lifted in 1 s to 3 s: --lift)"
+            .to_owned(),
+    }
 }
 
 fn flow_class(flow_mm: f64) -> &'static str {

@@ -32,7 +32,7 @@ impl Evidence {
     pub(super) fn gather(folder: &RunFolder) -> anyhow::Result<Self> {
         let case = Case::read(&folder.case())?;
         let record = folder.record()?;
-        let summary = folder.read_summary()?;
+        let summary = folder.read_summary(&case)?;
         let series = series::read(&folder.series()).map_err(FolderError::from)?;
         let experiment = record.experiment.clone().or_else(|| lab::recognised(&case).map(str::to_owned));
         let experiment = experiment.and_then(|name| {

@@ -8,6 +8,7 @@ use tremie_simulation::gauges;
 use tremie_simulation::pictures::{self, Frame, Quantity};
 
 use super::evidence::Evidence;
+use crate::lab;
 
 /// A picture with what it shows.
 pub(super) struct Figure {
@@ -26,7 +27,14 @@ const SMALLEST: f64 = 1e-8;
 
 /// Curves over time, and the profile.
 pub(super) fn plots(evidence: &Evidence) -> anyhow::Result<Vec<Figure>> {
-    let plots = [spread(evidence), profile(evidence), speeds(evidence), energies(evidence)];
+    let plots = [
+        spread(evidence),
+        profile(evidence),
+        levels(evidence),
+        fronts(evidence),
+        speeds(evidence),
+        energies(evidence),
+    ];
     plots.into_iter().flatten().collect()
 }
 
@@ -109,7 +117,7 @@ fn spread(evidence: &Evidence) -> Option<anyhow::Result<Figure>> {
     if curves.is_empty() {
         return None;
     }
-    let slump_flow = evidence.experiment.is_some();
+    let slump_flow = evidence.experiment.as_ref().is_some_and(|(name, _)| lab::tells_t500(name));
     let t500 = evidence.summary.t500;
     let t500_label = t500.map(|time| format!("T500 = {time:.1} s")).unwrap_or_default();
     let reference = Reference { at: 500.0, label: "500 mm" };
@@ -175,6 +183,46 @@ fn logarithmic<'a>(label: &'a str, curves: &[Curve], least: f64) -> Axis<'a> {
     let high = values().fold(least, f64::max);
     let low = values().fold(least, f64::min).max(SMALLEST * high);
     Axis { label, range: Some([0.5 * low, 2.0 * high]), log: true }
+}
+
+/// Levels against time.
+fn levels(evidence: &Evidence) -> Option<anyhow::Result<Figure>> {
+    let names: Vec<&str> = evidence.case.gauges.level.iter().map(|gauge| gauge.name.as_str()).collect();
+    let caption = "Mean level of the surface over each rectangle against time, as a coordinate.";
+    lengths(evidence, "Levels", "level [mm]", &names, |name| format!("level_{name}_m"), caption)
+}
+
+/// Ways of the front against time.
+fn fronts(evidence: &Evidence) -> Option<anyhow::Result<Figure>> {
+    let names: Vec<&str> = evidence.case.gauges.front.iter().map(|gauge| gauge.name.as_str()).collect();
+    let caption = "How far the front has come beyond each plane against time; it arrives at zero.";
+    lengths(evidence, "Front", "way beyond the plane [mm]", &names, |name| format!("front_{name}_m"), caption)
+}
+
+/// Lengths that gauges of these names read, in mm, against time.
+fn lengths(
+    evidence: &Evidence,
+    title: &str,
+    axis: &str,
+    names: &[&str],
+    column: impl Fn(&str) -> String,
+    caption: &str,
+) -> Option<anyhow::Result<Figure>> {
+    let readings: Vec<_> = names.iter().map(|name| evidence.readings(&column(name), 1e3)).collect();
+    let curves: Vec<Curve> =
+        names.iter().zip(&readings).filter_map(|(name, points)| curve(name, points)).collect();
+    if curves.is_empty() {
+        return None;
+    }
+    let plot = Plot {
+        title,
+        x: Axis::linear("time [s]"),
+        y: Axis::linear(axis),
+        curves,
+        horizontals: Vec::new(),
+        verticals: Vec::new(),
+    };
+    Some(drawn(&plot, caption))
 }
 
 fn speeds(evidence: &Evidence) -> Option<anyhow::Result<Figure>> {

@@ -107,7 +107,7 @@ fn at(path: &[[f64; 2]], time: f64) -> f64 {
 }
 
 /// The second of two numbers where the first has a value, on straight lines between points.
-fn between(points: &[[f64; 2]], value: f64) -> Option<f64> {
+pub(super) fn between(points: &[[f64; 2]], value: f64) -> Option<f64> {
     let [[a, b], [c, d]] = points.windows(2).find_map(|pair| match pair {
         [from, to] if from[0] <= value && value <= to[0] && from[0] < to[0] => Some([*from, *to]),
         _ => None,
