@@ -20,8 +20,8 @@ mod suggestion;
 pub mod units;
 
 pub use case::{
-    Case, Collision, Domain, FluidRegion, Gauges, Lattice, Lbm, Material, MeshFile, Method, Output,
-    Precision, Preset, Rest, Role, Side, Solid, SolidSurface, SpreadGauge, Stepping, Stop, Textbook,
+    Case, Collision, Domain, FluidRegion, Gauges, Inlet, Lattice, Lbm, Material, MeshFile, Method, Outlet,
+    Output, Precision, Preset, Rest, Role, Side, Solid, SolidSurface, SpreadGauge, Stepping, Stop, Textbook,
 };
 pub use fault::{CaseError, InvalidCase};
 

@@ -3,10 +3,11 @@
 //! Populations are kept twice, those that a step reads (`front`) and those that it writes (`back`), so that every cell
 //! writes only itself and no order of work can change the result. Everything else is kept once.
 
+use crate::inlet::Inlets;
 use crate::lattice::{C, Q};
 use crate::real::Real;
 use crate::solids::Solids;
-use crate::topology::{AIR, CELLS, EDGE, Links, OUTSIDE, ROWS, Topology};
+use crate::topology::{AIR, Boundary, CELLS, EDGE, Links, OUTSIDE, ROWS, Topology};
 use crate::values::Values;
 
 /// What the eight cells of a row are, as bits; a cell that is none of these is air.
@@ -82,6 +83,8 @@ pub(crate) struct Grid<T: Real> {
     pub(crate) topology: Topology,
     /// What stands or moves in it.
     pub(crate) solids: Solids,
+    /// Where fluid comes in.
+    pub(crate) inlets: Inlets,
     /// Slot of each block by its number, `AIR` where none is allocated.
     slot_of: Vec<u32>,
     /// Whether a slot holds a block.
@@ -109,11 +112,12 @@ pub(crate) struct Grid<T: Real> {
 }
 
 impl<T: Real> Grid<T> {
-    pub(crate) fn new(topology: Topology, solids: Solids) -> Self {
+    pub(crate) fn new(topology: Topology, solids: Solids, inlets: Inlets) -> Self {
         let blocks = topology.blocks.iter().product();
         let mut grid = Self {
             topology,
             solids,
+            inlets,
             slot_of: vec![AIR; blocks],
             used: Vec::new(),
             free: Vec::new(),
@@ -184,8 +188,14 @@ impl<T: Real> Grid<T> {
         self.slot_of[self.topology.number(place)] = slot as u32;
         self.used[slot] = true;
         for (row, kinds) in self.kinds[slot].iter_mut().enumerate() {
-            let inside = row % EDGE <= last[1] && row / EDGE <= last[2];
-            let lanes = if inside { 0xffu8 >> (EDGE - 1 - last[0]) } else { 0 };
+            // Beyond an open side lies air.
+            let within = |a: usize, at: usize| at <= last[a] || self.topology.sides[a][1] == Boundary::Open;
+            let inside = within(1, row % EDGE) && within(2, row / EDGE);
+            let lanes = match inside {
+                true if within(0, EDGE) => 0xff,
+                true => 0xffu8 >> (EDGE - 1 - last[0]),
+                false => 0,
+            };
             *kinds = Kinds { solid: !lanes, ..Kinds::default() };
         }
         *self.front[slot] = bytemuck::Zeroable::zeroed();
@@ -215,7 +225,7 @@ impl<T: Real> Grid<T> {
         for n in 0..27 {
             let offset = [(n % 3) as i32 - 1, (n / 3 % 3) as i32 - 1, (n / 9) as i32 - 1];
             let beside = match self.topology.beside(place, offset) {
-                None => OUTSIDE,
+                None => self.topology.beyond(place, offset),
                 Some(beside) => self.slot_of[self.topology.number(beside)],
             };
             self.links[slot].slots[n] = beside;
@@ -248,14 +258,9 @@ impl<T: Real> Grid<T> {
         (places, self.free.clone())
     }
 
-    /// An empty grid with its blocks in the same slots as saved by [`Grid::layout`]; `None` if these are impossible.
-    pub(crate) fn with_layout(
-        topology: Topology,
-        solids: Solids,
-        places: &[u32],
-        free: &[u32],
-    ) -> Option<Self> {
-        let mut grid = Self::new(topology, solids);
+    /// An empty grid of the same case with its blocks in the same slots as saved by [`Grid::layout`]; `None` if these are impossible.
+    pub(crate) fn restored(&self, places: &[u32], free: &[u32]) -> Option<Self> {
+        let mut grid = Self::new(self.topology.clone(), self.solids.clone(), self.inlets.clone());
         for place in places.chunks_exact(3) {
             let slot = grid.push() as usize;
             if place == [u32::MAX; 3] {

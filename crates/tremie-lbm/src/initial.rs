@@ -70,7 +70,9 @@ impl<T: Real> Grid<T> {
                 let at = [0, 1, 2].map(|a| place[a] * EDGE + at[a]);
                 if (0..3).all(|a| at[a] < self.topology.cells[a]) {
                     let centre = centre(case, size, at);
-                    *fill = self.share_of_fluid(case, centre, size);
+                    // What lies in an outlet has left.
+                    let drains = self.topology.drains(at);
+                    *fill = if drains { 0.0 } else { self.share_of_fluid(case, centre, size) };
                 }
             }
             if fills.iter().any(|fill| *fill > 0.0) {

@@ -1,6 +1,6 @@
 //! What a case means on the lattice: cells, time step, numbers, memory. Known before anything runs.
 
-use tremie_case::{Case, Lbm, Method, Precision, Side};
+use tremie_case::{Case, Inlet, Lbm, Method, Precision, Side};
 use tremie_numerics::DVec3;
 
 use crate::scaling::{Flow, Limits, Scaling, time_step};
@@ -24,6 +24,8 @@ pub struct Plan {
     pub cells: [usize; 3],
     /// Cells that hold fluid at the start.
     pub wet_cells: f64,
+    /// Volume in m3 that comes in until the case's stop time.
+    pub inflow: f64,
     /// Steps to the case's stop time.
     pub steps: f64,
     /// Height in m of the fluid along gravity.
@@ -82,7 +84,7 @@ impl Plan {
         for solid in &case.solids {
             speed = speed.max(solid.motion.largest_speed(0.0));
         }
-        speed = speed.max(channel_speed(case, viscosity / density));
+        speed = speed.max(inflow_speed(case, 0.0)).max(channel_speed(case, viscosity / density));
 
         let limits = Limits {
             lattice_viscosity: lbm.lattice_viscosity,
@@ -94,17 +96,20 @@ impl Plan {
         let scaling = Scaling { cell_size: lbm.cell_size, time_step: chosen, density };
         let wet_cells = fluid_volume(case) / lbm.cell_size.powi(3);
         let cells = case.domain.cells(lbm.cell_size);
+        let open = |inlet: &Inlet| (inlet.end().min(case.stop.time) - inlet.start).max(0.0);
+        let inflow = case.inlets.iter().map(|inlet| inlet.flow_rate * open(inlet)).sum::<f64>();
+        let all = cells.iter().product::<usize>() as f64;
+        let most_cells = (wet_cells + inflow / lbm.cell_size.powi(3)).min(all);
         let memory = match lbm.textbook() {
-            Some(textbook) => {
-                textbook::bytes_per_cell(textbook.lattice) * cells.iter().product::<usize>() as f64
-            }
+            Some(textbook) => textbook::bytes_per_cell(textbook.lattice) * all,
             // Blocks of 8 x 8 x 8 cells around a body of that volume are filled to about a third.
-            None => 3.0 * wet_cells * bytes_per_cell(lbm.precision),
+            None => 3.0 * most_cells * bytes_per_cell(lbm.precision),
         };
         Self {
             scaling,
             cells,
             wet_cells,
+            inflow,
             steps: (case.stop.time / chosen).ceil(),
             height,
             reference_speed: speed,
@@ -120,8 +125,32 @@ impl Plan {
 
 /// Extent in m of the fluid along a direction.
 fn fluid_height(case: &Case, direction: DVec3) -> f64 {
-    let (low, high) = fluid_box(case);
+    let (mut low, mut high) = fluid_box(case);
+    for inlet in &case.inlets {
+        // What comes in falls to the end of the domain, and may rise to where it comes in.
+        let end = DVec3::select(direction.cmpgt(DVec3::ZERO), case.domain.max, case.domain.min);
+        let (min, max) = inlet.face.bounds(0.0);
+        let (first, last) = inlet.motion.range(inlet.start, case.stop.time);
+        for corner in [min + first, max + last, end] {
+            let corner = corner.clamp(case.domain.min, case.domain.max);
+            (low, high) = (low.min(corner), high.max(corner));
+        }
+    }
     (high - low).dot(direction.abs()).max(0.0)
+}
+
+/// Speed in m/s that fluid may reach that comes in at a time in s or later, and falls through the domain.
+pub(crate) fn inflow_speed(case: &Case, time: f64) -> f64 {
+    let gravity = confined_gravity(case);
+    let end = DVec3::select(gravity.cmpgt(DVec3::ZERO), case.domain.max, case.domain.min);
+    let yet = case.inlets.iter().filter(|inlet| inlet.end() > time);
+    yet.map(|inlet| {
+        let (low, high) = inlet.motion.range(inlet.start.max(time), case.stop.time.max(time));
+        let fall = |way: DVec3| gravity.dot(end - (inlet.face.centre + way)).max(0.0);
+        let start = inlet.flow_rate / inlet.face.area();
+        (start * start + 2.0 * fall(low).max(fall(high))).sqrt()
+    })
+    .fold(0.0, f64::max)
 }
 
 /// Corners in m of the smallest box around the fluid within the domain.
@@ -138,6 +167,9 @@ fn fluid_box(case: &Case) -> (DVec3, DVec3) {
 /// Volume of the fluid within the domain in m3, sampled on a coarse grid.
 fn fluid_volume(case: &Case) -> f64 {
     const SAMPLES: usize = 60;
+    if case.fluid.is_empty() {
+        return 0.0;
+    }
     let (low, high) = fluid_box(case);
     let size = high - low;
     let mut inside = 0usize;

@@ -7,13 +7,14 @@
 use tremie_case::{Case, Solid, SolidSurface};
 use tremie_numerics::DVec3;
 
+use crate::inlet::THICKNESS;
 use crate::lanes::LANES;
 use crate::topology::{Links, ROWS};
 
 /// Share of the time for which a row surely stays as it is that is made use of: keeps rounding out.
 const CERTAIN: f64 = 0.999;
 
-/// The solids of a case.
+/// The solids of a case, the plates of its inlets last.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Solids {
     bodies: Vec<Placed>,
@@ -32,6 +33,8 @@ pub(crate) struct Solids {
 #[derive(Debug, Clone)]
 struct Placed {
     solid: Solid,
+    /// The box around it where it is drawn, as its two corners in m.
+    bounds: (DVec3, DVec3),
     /// Way in m from where it is drawn.
     offset: DVec3,
     /// Velocity in the coming step in lattice units.
@@ -57,13 +60,20 @@ pub(crate) type Contacts = [Option<Contact>; LANES];
 impl Solids {
     /// The solids of a case, drawn for cells of the edge `size` in m, at time zero.
     pub(crate) fn new(case: &Case, size: f64) -> Self {
-        let place = |solid: &Solid| Placed {
-            solid: solid.clone(),
+        let place = |(solid, bounds): (Solid, (DVec3, DVec3))| Placed {
             offset: solid.motion.offset(0.0),
             velocity: DVec3::ZERO,
+            bounds,
+            solid,
         };
+        let plates = case.inlets.iter().map(|inlet| {
+            let body = inlet.face.plate(THICKNESS * size);
+            let plate = Solid { body, motion: inlet.motion.clone(), surface: SolidSurface::NoSlip };
+            (plate, inlet.face.bounds(THICKNESS * size))
+        });
+        let solids = case.solids.iter().map(|solid| (solid.clone(), solid.body.bounds()));
         Self {
-            bodies: case.solids.iter().map(place).collect(),
+            bodies: solids.chain(plates).map(place).collect(),
             corner: case.domain.min,
             size,
             until: Vec::new(),
@@ -100,8 +110,18 @@ impl Solids {
         self.bodies.iter().filter(ahead).map(|body| body.solid.motion.largest_speed(time)).fold(0.0, f64::max)
     }
 
+    /// Edge of a cell in m.
+    pub(crate) fn size(&self) -> f64 {
+        self.size
+    }
+
+    /// Lower corner of the domain in m.
+    pub(crate) fn corner(&self) -> DVec3 {
+        self.corner
+    }
+
     /// Centre in m of a cell of the lattice.
-    fn centre(&self, at: [usize; 3]) -> DVec3 {
+    pub(crate) fn centre(&self, at: [usize; 3]) -> DVec3 {
         self.corner + self.size * (DVec3::from(at.map(|n| n as f64)) + 0.5)
     }
 
@@ -187,7 +207,7 @@ impl Solids {
     /// For each solid that meets a domain of so many cells, the first cells and the ends of the box around it.
     pub(crate) fn extents(&self, cells: [usize; 3]) -> Vec<[[usize; 3]; 2]> {
         let boxed = |body: &Placed| {
-            let (min, max) = body.solid.body.bounds();
+            let (min, max) = body.bounds;
             let place = |p: DVec3, a: usize| (p[a] + body.offset[a] - self.corner[a]) / self.size;
             let first = [0, 1, 2].map(|a| place(min, a).max(0.0) as usize);
             let end = [0, 1, 2].map(|a| place(max, a).ceil().clamp(0.0, cells[a] as f64) as usize);

@@ -18,6 +18,7 @@
 use crate::collision::{density_and_momentum, equilibrium};
 use crate::grid::{Grid, Kinds};
 use crate::lattice::{C, MIRROR, Q};
+use crate::outlet::Amount;
 use crate::real::Real;
 use crate::stream::Findings;
 use crate::topology::{AIR, CELLS, EDGE, OUTSIDE, ROWS};
@@ -34,6 +35,12 @@ pub(crate) struct Ledger {
     pub(crate) waiting: f64,
     /// Mass that the walls of solids have taken by their motion and not given back yet (module `sweep`).
     pub(crate) swept: f64,
+    /// Mass that has come in (module `inlet`).
+    pub(crate) poured: f64,
+    /// What has left (module `outlet`).
+    pub(crate) drained: Amount,
+    /// Mass given to the fluid, or taken from it, so that it keeps its volume.
+    pub(crate) pressed: f64,
 }
 
 impl<T: Real> Grid<T> {
@@ -54,6 +61,17 @@ impl<T: Real> Grid<T> {
     pub(crate) fn is_air(&self, cell: Cell) -> bool {
         let (kinds, bit) = self.kind(cell);
         kinds.air() & bit != 0
+    }
+
+    /// Whether a cell lies in the domain.
+    fn inside(&self, (slot, cell): Cell) -> bool {
+        let at = self.links[slot].coordinates(cell);
+        slot > OUTSIDE as usize && (0..3).all(|a| at[a] < self.topology.cells[a])
+    }
+
+    pub(crate) fn is_solid(&self, cell: Cell) -> bool {
+        let (kinds, bit) = self.kind(cell);
+        kinds.solid & bit != 0
     }
 
     pub(crate) fn set_populations(&mut self, (slot, cell): Cell, f: &[T; Q]) {
@@ -103,7 +121,8 @@ impl<T: Real> Grid<T> {
             }
             cells
         };
-        let full = cells_of(|found| &found.full);
+        let mut full = cells_of(|found| &found.full);
+        full.retain(|cell| !self.drains(*cell));
         let mut empty = cells_of(|found| &found.empty);
         let reached: Vec<(Cell, usize)> = self
             .slots()
@@ -130,7 +149,10 @@ impl<T: Real> Grid<T> {
         }
         for &((slot, cell), i) in &reached {
             let (beside, at, _) = self.links[slot].cell(cell, C[i].map(|c| -c));
-            wetted.push((beside as usize, at));
+            // Beyond an open side there is air that never becomes anything else.
+            if self.inside((beside as usize, at)) {
+                wetted.push((beside as usize, at));
+            }
         }
         let mut drained: Vec<Cell> = Vec::new();
         for &cell in &empty {

@@ -5,7 +5,7 @@
 //! values are one vector, its kinds of cells are bits of one byte.
 //!
 //! Beyond a periodic side lies the opposite side; beyond a symmetry plane lies the mirror image, in which velocities
-//! are mirrored too; beyond a wall lies solid. All of this is resolved when a neighbour is looked up, so no values are
+//! are mirrored too; beyond a wall lies solid, beyond an open side air. All of this is resolved when a neighbour is looked up, so no values are
 //! copied to ghost cells and kernels need no special cases.
 
 /// Cells along the edge of a block.
@@ -29,6 +29,8 @@ pub(crate) enum Boundary {
     Symmetry,
     /// The flow goes on at the opposite side.
     Periodic,
+    /// Air.
+    Open,
 }
 
 /// Where a coordinate just outside of a block leads to, along one axis.
@@ -135,11 +137,13 @@ pub(crate) struct Topology {
     pub(crate) blocks: [usize; 3],
     /// For each axis the lower and the upper side.
     pub(crate) sides: [[Boundary; 2]; 3],
+    /// Boxes of cells in which fluid leaves, each by its first cells and its ends.
+    pub(crate) outlets: Vec<[[usize; 3]; 2]>,
 }
 
 impl Topology {
     pub(crate) fn new(cells: [usize; 3], sides: [[Boundary; 2]; 3]) -> Self {
-        Self { cells, blocks: cells.map(|n| n.div_ceil(EDGE)), sides }
+        Self { cells, blocks: cells.map(|n| n.div_ceil(EDGE)), sides, outlets: Vec::new() }
     }
 
     /// Number of the block with coordinates `place`.
@@ -166,6 +170,46 @@ impl Topology {
         Some(beside)
     }
 
+    /// What lies beyond the domain at an offset of -1, 0 or 1 blocks along each axis, where [`Topology::beside`] finds no block: air only if
+    /// nothing but open sides is crossed.
+    pub(crate) fn beyond(&self, place: [usize; 3], offset: [i32; 3]) -> u32 {
+        let open = |a: usize| match place[a] as i64 + i64::from(offset[a]) {
+            moved if moved < 0 => self.sides[a][0] == Boundary::Open,
+            moved if moved >= self.blocks[a] as i64 => self.sides[a][1] == Boundary::Open,
+            _ => true,
+        };
+        if (0..3).all(open) { AIR } else { OUTSIDE }
+    }
+
+    /// The cell at the lattice velocity `c` from the cell at `at`, through mirrors and periodic sides; none beyond other sides.
+    pub(crate) fn reached(&self, at: [usize; 3], c: [i32; 3]) -> Option<[usize; 3]> {
+        let mut there = at;
+        for a in 0..3 {
+            let (moved, n) = (at[a] as i64 + i64::from(c[a]), self.cells[a] as i64);
+            if !(0..n).contains(&moved) {
+                match self.sides[a][usize::from(moved >= n)] {
+                    Boundary::Symmetry => {}
+                    Boundary::Periodic => there[a] = moved.rem_euclid(n) as usize,
+                    Boundary::Wall(_) | Boundary::Open => return None,
+                }
+            } else {
+                there[a] = moved as usize;
+            }
+        }
+        Some(there)
+    }
+
+    /// Whether fluid leaves at a cell.
+    pub(crate) fn drains(&self, at: [usize; 3]) -> bool {
+        let holds = |[first, end]: &[[usize; 3]; 2]| (0..3).all(|a| (first[a]..end[a]).contains(&at[a]));
+        self.outlets.iter().any(holds)
+    }
+
+    /// Number in its block of the cell at `at`.
+    pub(crate) fn cell_at(&self, at: [usize; 3]) -> usize {
+        at[0] % EDGE + EDGE * (at[1] % EDGE + EDGE * (at[2] % EDGE))
+    }
+
     /// The last coordinate in the domain, within the block at `place` along `axis`.
     pub(crate) fn last(&self, place: usize, axis: usize) -> usize {
         (self.cells[axis] - EDGE * place).min(EDGE) - 1
@@ -184,7 +228,7 @@ impl Topology {
         }
         if place == 0 {
             match self.sides[axis][0] {
-                Boundary::Wall(_) => {}
+                Boundary::Wall(_) | Boundary::Open => {}
                 Boundary::Symmetry => steps[0] = Step { block: 1, index: 0, flip },
                 Boundary::Periodic => {
                     let end = self.last(self.blocks[axis] - 1, axis) as u8;
@@ -195,7 +239,7 @@ impl Topology {
         if place + 1 == self.blocks[axis] {
             let end = self.last(place, axis);
             match self.sides[axis][1] {
-                Boundary::Wall(_) => {}
+                Boundary::Wall(_) | Boundary::Open => {}
                 Boundary::Symmetry => steps[end + 2] = Step { block: 1, index: end as u8, flip },
                 Boundary::Periodic => steps[end + 2] = Step { block: 2, index: 0, flip: 0 },
             }

@@ -39,8 +39,12 @@ impl<T: Real> LatticeBoltzmann<T> {
             }
         }
         self.show_solids(low, &mut cells);
-        let solids = loads.into_iter().map(|load| self.load(load)).collect();
-        Snapshot { time: self.time(), fluid: Fluid::Cells(cells), solids }
+        // The last are the plates of inlets.
+        let solids = loads.into_iter().take(self.case.solids.len()).map(|load| self.load(load)).collect();
+        let inflow = self.inflow.iter().map(|inflow| inflow.volume).collect();
+        let out = self.ledger.drained.volume * size.powi(3);
+        let outflow = self.case.has_outlets().then_some(out);
+        Snapshot { time: self.time(), fluid: Fluid::Cells(cells), solids, inflow, outflow }
     }
 
     /// Force and moment in SI units; on the lattice the moment is about the domain's lower corner.

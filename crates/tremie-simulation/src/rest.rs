@@ -128,6 +128,8 @@ mod tests {
             yielded_share: 1.0,
             pressure_max: 1000.0,
             solids: Vec::new(),
+            inflow: Vec::new(),
+            outflow: None,
         }
     }
 

@@ -11,6 +11,10 @@ pub struct Snapshot {
     pub fluid: Fluid,
     /// What the fluid does to each solid of the case, within the domain.
     pub solids: Vec<SolidLoad>,
+    /// Volume in m3 that has come into the domain since the start, by inlet.
+    pub inflow: Vec<f64>,
+    /// Volume in m3 that has left the domain since the start; none where nothing can leave.
+    pub outflow: Option<f64>,
 }
 
 /// Force and moment of the fluid on a solid; pressure counts from that of the air.

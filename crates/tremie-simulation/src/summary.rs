@@ -39,7 +39,7 @@ pub struct Summary {
     pub readings: Readings,
     /// Time in s at which the largest spread first reached 500 mm, if it did (EN 12350-8).
     pub t500: Option<f64>,
-    /// Relative change of the fluid's volume since the start of the run.
+    /// Relative change of the fluid's volume since the start of the run, apart from what came in and left.
     pub volume_error: f64,
     /// Time steps.
     pub steps: u64,
@@ -104,6 +104,8 @@ mod tests {
             yielded_share: 0.1,
             pressure_max: 800.0,
             solids: vec![SolidLoad { force: DVec3::new(1.0, 2.0, 3.0), moment: DVec3::new(0.1, 0.2, 0.3) }],
+            inflow: vec![2e-3, 0.0],
+            outflow: Some(1e-3),
         };
         for (spread, t500) in [(Some(spread), Some(1.5)), (None, None)] {
             let summary = Summary {

@@ -179,6 +179,8 @@ impl<const Q: usize> Dense<Q> {
                         at[axis]
                     }
                     Side::Periodic => (x + n) as usize % n as usize,
+                    // Of open sides these schemes know nothing: a case with one is refused.
+                    Side::Open => return From::Wall([0.0; 3]),
                 }
             };
         }
@@ -379,7 +381,13 @@ impl<const Q: usize> Simulation for Dense<Q> {
             domain: [self.case.domain.min, self.case.domain.max],
             symmetry: [0, 1, 2].map(|a| [symmetric(2 * a), symmetric(2 * a + 1)]),
         };
-        Snapshot { time: self.time(), fluid: Fluid::Cells(cells), solids: Vec::new() }
+        Snapshot {
+            time: self.time(),
+            fluid: Fluid::Cells(cells),
+            solids: Vec::new(),
+            inflow: Vec::new(),
+            outflow: None,
+        }
     }
 
     fn load(&self) -> Load {

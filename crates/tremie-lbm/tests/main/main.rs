@@ -3,6 +3,7 @@
 mod adaptive;
 mod conservation;
 mod invariance;
+mod pour;
 mod rest;
 mod solids;
 mod textbook;

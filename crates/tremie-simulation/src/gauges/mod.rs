@@ -57,6 +57,10 @@ pub struct Readings {
     pub pressure_max: f64,
     /// Force and moment on each solid of the case, with its mirror images.
     pub solids: Vec<SolidLoad>,
+    /// Volume in m3 that has come in since the start, by inlet.
+    pub inflow: Vec<f64>,
+    /// Volume in m3 that has left since the start; none where nothing can leave.
+    pub outflow: Option<f64>,
 }
 
 impl Readings {
@@ -92,6 +96,10 @@ impl Readings {
             let values = [load.force, load.moment].map(|v| v.to_array()).concat();
             columns.extend(load_columns(n).into_iter().zip(values));
         }
+        for (n, inflow) in self.inflow.iter().enumerate() {
+            columns.push((inflow_column(n), *inflow));
+        }
+        columns.extend(self.outflow.map(|outflow| (OUTFLOW.to_owned(), outflow)));
         columns
     }
 
@@ -124,6 +132,8 @@ impl Readings {
             yielded_share: value("yielded_share")?,
             pressure_max: value("pressure_max_Pa")?,
             solids: (0..).map_while(load).collect(),
+            inflow: (0..).map_while(|n| value(&inflow_column(n))).collect(),
+            outflow: value(OUTFLOW),
         })
     }
 }
@@ -133,6 +143,14 @@ fn load_columns(n: usize) -> [String; 6] {
     let name = |what: &str| format!("solid{}_{what}", n + 1);
     ["force_x_N", "force_y_N", "force_z_N", "moment_x_Nm", "moment_y_Nm", "moment_z_Nm"].map(name)
 }
+
+/// Name of the volume that has come in by the inlet number `n`; in the case file the first is number 1.
+fn inflow_column(n: usize) -> String {
+    format!("inlet{}_inflow_m3", n + 1)
+}
+
+/// Name of the volume that has left.
+const OUTFLOW: &str = "outflow_m3";
 
 /// The load on a solid and its mirror images beyond symmetry planes.
 fn whole_load(load: SolidLoad, cells: &Cells) -> SolidLoad {
@@ -183,6 +201,8 @@ impl Gauges {
             yielded_share: if sums.fill > 0.0 { sums.yielded / sums.fill } else { 0.0 },
             pressure_max: sums.pressure.max(0.0),
             solids: snapshot.solids.iter().map(|load| whole_load(*load, cells)).collect(),
+            inflow: snapshot.inflow.iter().map(|volume| volume * cells.copies()).collect(),
+            outflow: snapshot.outflow.map(|volume| volume * cells.copies()),
         }
     }
 }
@@ -301,7 +321,13 @@ mod tests {
             gravity: DVec3::new(0.0, 0.0, -10.0),
             spread: Some(SpreadGauge { centre: DVec2::ZERO }),
         };
-        let mut snapshot = Snapshot { time: 0.5, fluid: Fluid::Cells(cells), solids: Vec::new() };
+        let mut snapshot = Snapshot {
+            time: 0.5,
+            fluid: Fluid::Cells(cells),
+            solids: Vec::new(),
+            inflow: Vec::new(),
+            outflow: None,
+        };
         let readings = gauges.measure(&snapshot);
         let volume = 0.4 * 0.2 * 0.255;
         assert!(close(readings.volume, volume + 4.0 * 0.01e-6, 1e-12));
@@ -345,8 +371,13 @@ mod tests {
     fn no_fluid_reads_zero() {
         let gauges = Gauges { gravity: DVec3::ZERO, spread: None };
         let cells = Cells { size: 0.1, domain: [DVec3::ZERO, DVec3::ONE], ..Cells::default() };
-        let readings =
-            gauges.measure(&Snapshot { time: 0.0, fluid: Fluid::Cells(cells), solids: Vec::new() });
+        let readings = gauges.measure(&Snapshot {
+            time: 0.0,
+            fluid: Fluid::Cells(cells),
+            solids: Vec::new(),
+            inflow: Vec::new(),
+            outflow: None,
+        });
         assert!(readings.columns().iter().all(|(_, value)| *value == 0.0), "{readings:?}");
     }
 
