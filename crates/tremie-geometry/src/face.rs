@@ -1,5 +1,7 @@
 //! Flat faces through which something passes, such as the end of a hose.
 
+use std::f64::consts::{PI, TAU};
+
 use tremie_numerics::DVec3;
 
 use crate::{Body, Shape};
@@ -34,7 +36,7 @@ impl Face {
     /// Area in m2.
     pub fn area(&self) -> f64 {
         match self.outline {
-            Outline::Disc { radius } => std::f64::consts::PI * radius * radius,
+            Outline::Disc { radius } => PI * radius * radius,
             Outline::Rectangle { size: [a, b] } => a * b,
         }
     }
@@ -85,22 +87,53 @@ impl Face {
         (self.centre.min(back) - reach, self.centre.max(back) + reach)
     }
 
-    /// Points spread evenly over it.
-    pub fn points(&self) -> impl Iterator<Item = DVec3> + '_ {
-        const ALONG: usize = 64;
+    /// Its outline as a polygon; a circle as one of many corners.
+    fn corners(&self) -> Vec<DVec3> {
+        const ROUND: usize = 128;
         let [a, b] = self.sides();
-        let size = match self.outline {
-            Outline::Disc { radius } => [2.0 * radius; 2],
-            Outline::Rectangle { size } => size,
-        };
-        let at = |n: usize, length: f64| length * ((n as f64 + 0.5) / ALONG as f64 - 0.5);
-        let place = move |n: usize| [at(n % ALONG, size[0]), at(n / ALONG, size[1])];
-        let inside = |[x, y]: &[f64; 2]| match self.outline {
-            Outline::Disc { radius } => x.hypot(*y) < radius,
-            Outline::Rectangle { .. } => true,
-        };
-        (0..ALONG * ALONG).map(place).filter(inside).map(move |[x, y]| self.centre + x * a + y * b)
+        let at = |x: f64, y: f64| self.centre + x * a + y * b;
+        match self.outline {
+            Outline::Disc { radius } => (0..ROUND)
+                .map(|n| TAU * (n as f64 + 0.5) / ROUND as f64)
+                .map(|angle| at(radius * angle.cos(), radius * angle.sin()))
+                .collect(),
+            Outline::Rectangle { size } => {
+                let [x, y] = size.map(|length| 0.5 * length);
+                vec![at(x, y), at(-x, y), at(-x, -y), at(x, -y)]
+            }
+        }
     }
+
+    /// Share of its area that lies in the axis-parallel box between two corners (its polygon cut off at one side of the box
+    /// after the other: Sutherland and Hodgman 1974).
+    pub fn share_within(&self, min: DVec3, max: DVec3) -> f64 {
+        let whole = self.corners();
+        let mut polygon = whole.clone();
+        for (axis, sign) in (0..3).flat_map(|axis| [(axis, 1.0), (axis, -1.0)]) {
+            let limit = if sign > 0.0 { max[axis] } else { min[axis] };
+            let within = |p: &DVec3| sign * (limit - p[axis]);
+            let next = |n: usize| polygon[(n + 1) % polygon.len()];
+            let mut cut = Vec::with_capacity(polygon.len() + 1);
+            for (n, p) in polygon.iter().enumerate() {
+                let (here, there) = (within(p), within(&next(n)));
+                if here >= 0.0 {
+                    cut.push(*p);
+                }
+                if here * there < 0.0 {
+                    cut.push(p.lerp(next(n), here / (here - there)));
+                }
+            }
+            polygon = cut;
+        }
+        area(&polygon) / area(&whole)
+    }
+}
+
+/// Area of a plane polygon.
+fn area(corners: &[DVec3]) -> f64 {
+    let Some(first) = corners.first() else { return 0.0 };
+    let triangles = corners.windows(2).map(|ends| (ends[0] - first).cross(ends[1] - first));
+    0.5 * triangles.sum::<DVec3>().length()
 }
 
 #[cfg(test)]
@@ -127,7 +160,8 @@ mod tests {
                 assert!((distance(along) - expected).abs() < 1e-12, "{along}: {}", distance(along));
             }
             let (min, max) = face.bounds(0.02);
-            for p in face.points() {
+            for p in face.corners() {
+                let p = face.centre.lerp(p, 0.99);
                 assert!(plate.signed_distance(p - 1e-6 * face.direction) < 0.0);
                 assert!(p.cmpge(min - 1e-12).all() && p.cmple(max + 1e-12).all());
             }
@@ -139,10 +173,15 @@ mod tests {
     }
 
     #[test]
-    fn points_cover_the_face_evenly() {
-        let points: Vec<DVec3> = DISC.points().collect();
-        let share = points.iter().filter(|p| p.x > DISC.centre.x).count() as f64 / points.len() as f64;
-        assert!((share - 0.5).abs() < 1e-12);
-        assert!((points.len() as f64 / 4096.0 / (DISC.area() / 0.01) - 1.0).abs() < 0.01);
+    fn a_box_cuts_off_its_share() {
+        let (low, high) = (DVec3::ZERO, DVec3::ONE);
+        assert!((DISC.share_within(low, high) - 1.0).abs() < 1e-12);
+        // Half beyond a side, a quarter in a corner, none outside; a face in a side belongs to the box.
+        let centred = |x: f64, y: f64, z: f64| Face { centre: DVec3::new(x, y, z), ..DISC };
+        assert!((centred(0.0, 0.2, 0.3).share_within(low, high) - 0.5).abs() < 1e-12);
+        assert!((centred(1.0, 0.0, 1.0).share_within(low, high) - 0.25).abs() < 1e-12);
+        assert_eq!(centred(0.5, 0.5, 1.1).share_within(low, high), 0.0);
+        let wide = Face { outline: Outline::Rectangle { size: [3.0, 0.1] }, ..centred(0.2, 0.5, 0.5) };
+        assert!((wide.share_within(low, high) - 1.0 / 3.0).abs() < 1e-12);
     }
 }

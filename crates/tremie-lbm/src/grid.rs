@@ -3,6 +3,7 @@
 //! Populations are kept twice, those that a step reads (`front`) and those that it writes (`back`), so that every cell
 //! writes only itself and no order of work can change the result. Everything else is kept once.
 
+use crate::carried::Carried;
 use crate::inlet::Inlets;
 use crate::lattice::{C, Q};
 use crate::real::Real;
@@ -105,6 +106,8 @@ pub(crate) struct Grid<T: Real> {
     pub(crate) shape: Vec<Box<Shape<T>>>,
     /// Mass of interface cells; in liquid cells at sliding walls, their store (module `contact`).
     pub(crate) mass: Vec<Box<[f64; CELLS]>>,
+    /// What the fluid carries along.
+    pub(crate) carried: Carried,
     /// Blocks whose surroundings changed since their rows were last sorted into bulk and surface.
     pub(crate) stale: Vec<bool>,
     /// Cells that hold fluid.
@@ -112,7 +115,7 @@ pub(crate) struct Grid<T: Real> {
 }
 
 impl<T: Real> Grid<T> {
-    pub(crate) fn new(topology: Topology, solids: Solids, inlets: Inlets) -> Self {
+    pub(crate) fn new(topology: Topology, solids: Solids, inlets: Inlets, carried: Carried) -> Self {
         let blocks = topology.blocks.iter().product();
         let mut grid = Self {
             topology,
@@ -128,6 +131,7 @@ impl<T: Real> Grid<T> {
             fills: Vec::new(),
             shape: Vec::new(),
             mass: Vec::new(),
+            carried,
             stale: Vec::new(),
             wet: 0,
         };
@@ -149,6 +153,7 @@ impl<T: Real> Grid<T> {
         self.fills.push(bytemuck::allocation::zeroed_box());
         self.shape.push(bytemuck::allocation::zeroed_box());
         self.mass.push(bytemuck::allocation::zeroed_box());
+        self.carried.push();
         self.stale.push(false);
         (self.used.len() - 1) as u32
     }
@@ -260,7 +265,8 @@ impl<T: Real> Grid<T> {
 
     /// An empty grid of the same case with its blocks in the same slots as saved by [`Grid::layout`]; `None` if these are impossible.
     pub(crate) fn restored(&self, places: &[u32], free: &[u32]) -> Option<Self> {
-        let mut grid = Self::new(self.topology.clone(), self.solids.clone(), self.inlets.clone());
+        let (solids, inlets, carried) = (self.solids.clone(), self.inlets.clone(), self.carried.emptied());
+        let mut grid = Self::new(self.topology.clone(), solids, inlets, carried);
         for place in places.chunks_exact(3) {
             let slot = grid.push() as usize;
             if place == [u32::MAX; 3] {
@@ -281,7 +287,13 @@ impl<T: Real> Grid<T> {
     }
 
     /// Fills the blocks with saved values, in the order of their slots; the name of what does not fit otherwise.
-    pub(crate) fn load(&mut self, fields: &[T], mass: &[f64], kinds: &[u8]) -> Result<(), &'static str> {
+    pub(crate) fn load(
+        &mut self,
+        fields: &[T],
+        mass: &[f64],
+        kinds: &[u8],
+        carried: &[f64],
+    ) -> Result<(), &'static str> {
         let slots: Vec<usize> = self.slots().collect();
         let (populations, per_block) = (Q * CELLS, (Q + 1) * CELLS);
         let per_kinds = ROWS * size_of::<Kinds>();
@@ -289,6 +301,7 @@ impl<T: Real> Grid<T> {
             ("fields", fields.len(), slots.len() * per_block),
             ("mass", mass.len(), slots.len() * CELLS),
             ("kinds", kinds.len(), slots.len() * per_kinds),
+            ("carried", carried.len(), slots.len() * self.carried.per_block()),
         ] {
             if length != expected {
                 return Err(name);
@@ -303,6 +316,8 @@ impl<T: Real> Grid<T> {
                 self.fills[slot][(0, cell)] = *value;
             }
             self.mass[slot].copy_from_slice(&mass[n * CELLS..][..CELLS]);
+            let per_block = self.carried.per_block();
+            self.carried.load(slot, &carried[n * per_block..][..per_block]);
             bytemuck::cast_slice_mut(&mut self.kinds[slot])
                 .copy_from_slice(&kinds[n * per_kinds..][..per_kinds]);
         }
@@ -324,6 +339,6 @@ impl<T: Real> Grid<T> {
             + size_of::<[f64; CELLS]>()
             + size_of::<[Kinds; ROWS]>()
             + size_of::<Links>();
-        self.len() * block + self.slot_of.len() * size_of::<u32>()
+        self.len() * block + self.carried.bytes() + self.slot_of.len() * size_of::<u32>()
     }
 }

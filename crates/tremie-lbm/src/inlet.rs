@@ -160,16 +160,6 @@ impl<T: Real> Grid<T> {
         let plate = face.plate(THICKNESS * size);
         let direction = face.direction;
         let (min, max) = face.bounds(0.0);
-        let inside = |p: DVec3| {
-            let place = (p - self.solids.corner()) / size;
-            (0..3).all(|a| (0.0..self.topology.cells[a] as f64).contains(&place[a]))
-        };
-        let (mut within, mut all) = (0, 0);
-        for p in face.points() {
-            // Just in front, so that a face in a side of the domain belongs to it.
-            within += usize::from(inside(p + 1e-3 * size * direction));
-            all += 1;
-        }
         // Cells around the face, two to each side.
         let place = |p: DVec3, a: usize| ((p - self.solids.corner())[a] / size).floor();
         let from = [0, 1, 2].map(|a| (place(min, a) - 2.0).max(0.0) as usize);
@@ -204,7 +194,8 @@ impl<T: Real> Grid<T> {
             }
         }
         self.mark_solids(time);
-        let share = within as f64 / all as f64;
+        let upper = DVec3::from(self.topology.cells.map(|n| n as f64)) * size;
+        let share = face.share_within(self.solids.corner(), self.solids.corner() + upper);
         self.inlets.all[n].links = Some(Links { offset, share, cells });
     }
 

@@ -14,6 +14,7 @@
 
 mod adapt;
 mod ahead;
+mod carried;
 mod collision;
 mod contact;
 mod fluid;

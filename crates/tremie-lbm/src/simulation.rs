@@ -1,14 +1,15 @@
 //! The method as a [`Simulation`]: one step, in the order in which things happen.
 
 use bytemuck::cast_slice;
-use tremie_case::{Case, Precision, Side, Stepping};
+use tremie_case::{Case, Inlet, Precision, Side, Stepping};
 use tremie_output::state::{Array, State};
 use tremie_simulation::{Breakdown, Load, RestoreError, Simulation, Snapshot};
 
 use crate::adapt::{INTERVAL, Look, Watch};
+use crate::carried::Carried;
 use crate::fluid::Fluid;
 use crate::grid::{Grid, Kinds};
-use crate::initial::centre;
+use crate::initial::{batch_at, centre};
 use crate::inlet::{Inflow, Inlets};
 use crate::lattice::Q;
 use crate::outlet::{Amount, outlets};
@@ -79,7 +80,11 @@ fn topology(case: &Case, scaling: &Scaling) -> Topology {
 
 /// A grid without fluid.
 fn grid<T: Real>(case: &Case, scaling: &Scaling) -> Grid<T> {
-    Grid::new(topology(case, scaling), Solids::new(case, scaling.cell_size), Inlets::new(case))
+    let batches = case.batches();
+    let share = |batch: &Option<String>, of: &str| f64::from(u8::from(batch.as_deref() == Some(of)));
+    let inflow = |inlet: &Inlet| batches.iter().map(|of| share(&inlet.batch, of)).collect();
+    let carried = Carried::new(batches.len(), case.inlets.iter().map(inflow).collect());
+    Grid::new(topology(case, scaling), Solids::new(case, scaling.cell_size), Inlets::new(case), carried)
 }
 
 /// What drives and resists, for a length of the time step.
@@ -119,6 +124,11 @@ impl<T: Real> LatticeBoltzmann<T> {
         new.grid.spread_mass(-excess);
         new.mass = new.grid.total_mass();
         new.volume = new.mass;
+        let batches = case.batches();
+        new.grid.begin_carried(|at| {
+            let batch = batch_at(case, centre(case, scaling.cell_size, at));
+            batches.iter().map(|of| f64::from(u8::from(batch == Some(of)))).collect()
+        });
         new.arrange();
         new
     }
@@ -268,6 +278,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         let interface = |kinds: &Kinds| kinds.interface != 0;
         self.grid.open_inlets(self.time, self.scaling.time_step, &self.inflow);
         self.grid.solids.air = self.grid.solids.any() && self.grid.kinds.iter().flatten().any(interface);
+        self.grid.find_values();
         self.grid.sort_rows(&mut self.rows);
         self.grid.reconstruct(&self.rows, self.fluid.gravity());
     }
@@ -281,7 +292,9 @@ impl<T: Real> LatticeBoltzmann<T> {
             inflow.volume += more.volume;
         }
         // What the step began with is where the next will write.
-        let poured: f64 = self.grid.poured(&self.grid.back).iter().map(|(_, _, mass)| mass).sum();
+        let poured = self.grid.poured(&self.grid.back);
+        self.grid.carry(&self.rows, &poured);
+        let poured: f64 = poured.iter().map(|(_, _, mass)| mass).sum();
         let out = self.grid.drain();
         self.ledger.poured += poured;
         self.ledger.drained.mass += out.mass;
@@ -383,6 +396,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
     fn save(&self) -> State {
         let (places, free) = self.grid.layout();
         let (mut fields, mut mass, mut kinds) = (Vec::<T>::new(), Vec::<f64>::new(), Vec::<u8>::new());
+        let mut carried = Vec::<f64>::new();
         for slot in self.grid.slots() {
             // Where a cell has no such value, something is left over that means nothing; as zero it takes no room, and
             // the same moment of the same run gives the same file.
@@ -396,6 +410,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             fields.extend((0..CELLS).map(|cell| if wet(cell) { fill[(0, cell)] } else { T::ZERO }));
             mass.extend_from_slice(&*self.grid.mass[slot]);
             kinds.extend_from_slice(cast_slice(&self.grid.kinds[slot]));
+            carried.extend(self.grid.carried.saved(slot, wet));
         }
         let header = serde_json::json!({
             "for": self.identity(),
@@ -418,6 +433,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             ("fields".into(), T::into_array(fields)),
             ("mass".into(), Array::F64(mass)),
             ("kinds".into(), Array::U8(kinds)),
+            ("carried".into(), Array::F64(carried)),
         ];
         State { header, arrays }
     }
@@ -442,7 +458,8 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
 
         let mut grid = self.grid.restored(places, free).ok_or_else(|| missing("places"))?;
         grid.solids.forget_all();
-        grid.load(fields, mass, kinds).map_err(missing)?;
+        let Array::F64(carried) = array("carried")? else { return Err(missing("carried")) };
+        grid.load(fields, mass, kinds, carried).map_err(missing)?;
         let seen = serde_json::from_value(state.header["speeds"].clone()).map_err(|_| missing("speeds"))?;
         let (time, time_step) = (number("time")?, number("time_step")?);
         let pairs = |name: &str| -> Result<Vec<[f64; 2]>, RestoreError> {

@@ -86,6 +86,10 @@ impl<T: Real> Grid<T> {
         let kinds = &mut self.kinds[slot][cell / EDGE];
         let before = kinds.wet() & bit != 0;
         self.wet = self.wet + usize::from(liquid || interface) - usize::from(before);
+        if self.carried.any() && !before && (liquid || interface) {
+            self.begin_values((slot, cell));
+        }
+        let kinds = &mut self.kinds[slot][cell / EDGE];
         kinds.liquid = kinds.liquid & !bit | if liquid { bit } else { 0 };
         kinds.interface = kinds.interface & !bit | if interface { bit } else { 0 };
         self.fills[slot][(0, cell)] = if liquid { T::ONE } else { T::ZERO };
@@ -246,8 +250,17 @@ impl<T: Real> Grid<T> {
             return;
         }
         let share = mass / takers.len() as f64;
+        self.take_along(cell, &takers, share);
         for (slot, cell) in takers {
             self.mass[slot][cell] += share;
+        }
+    }
+
+    /// Lets mass take along what it carries from a cell to each of others.
+    fn take_along(&mut self, from: Cell, takers: &[Cell], share: f64) {
+        if self.carried.any() {
+            let alive = self.is_liquid(from) || self.is_interface(from);
+            self.carried.hand_out(from, takers, share, alive);
         }
     }
 
@@ -271,6 +284,7 @@ impl<T: Real> Grid<T> {
             ledger.waiting += mass;
         }
         let share = mass / nearest.len() as f64;
+        self.take_along(from, &nearest, share);
         for (slot, cell) in nearest {
             self.mass[slot][cell] += share;
         }

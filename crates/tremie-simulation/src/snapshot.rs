@@ -56,6 +56,8 @@ pub struct Cells {
     pub stress: Vec<f64>,
     /// 1 in solid cells, 0 elsewhere.
     pub solid: Vec<u8>,
+    /// Names of the batches that are followed, and the share of each, 0 to 1, in the fluid of a cell.
+    pub batches: Vec<(String, Vec<f64>)>,
     /// Density of the fluid in kg/m3.
     pub density: f64,
     /// The domain's lower and upper corner in m.

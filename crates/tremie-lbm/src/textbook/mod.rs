@@ -376,6 +376,7 @@ impl<const Q: usize> Simulation for Dense<Q> {
             velocity: all.clone().map(velocity).collect(),
             shear_rate: of(&|seen| seen.shear_rate / self.scaling.time_step),
             stress: of(&|seen| seen.stress * stress),
+            batches: Vec::new(),
             solid: vec![0; self.kinds.len()],
             density: self.scaling.density,
             domain: [self.case.domain.min, self.case.domain.max],
