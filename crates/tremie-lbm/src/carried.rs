@@ -7,7 +7,7 @@
 //!     A += sum over links of F v        v = v_donor + 1/2 c . slope_donor, and between the values of donor and taker
 //! ```
 //!
-//! with slopes limited along each axis (minmod: Roe 1986, after van Leer 1979), so that nothing is spread by more than
+//! with slopes limited along each axis (monotonised central differences, van Leer 1977), so that nothing is spread by more than
 //! a second-order error and no value leaves the range of those around. What one cell gains the other loses, to the bit. Mass that cells hand to each
 //! other when they convert takes its value with it. All other mass, what rounding took or a wall gave back, has the value of the
 //! cell that it comes to.
@@ -50,15 +50,9 @@ pub(crate) struct Carried {
     inflow: Vec<Vec<f64>>,
 }
 
-/// The one nearer to zero, or zero if they point apart.
-fn minmod(a: f64, b: f64) -> f64 {
-    if a * b <= 0.0 {
-        0.0
-    } else if a.abs() < b.abs() {
-        a
-    } else {
-        b
-    }
+/// The slope between two differences: their mean, but no more than twice either, and none if they point apart.
+fn limited(a: f64, b: f64) -> f64 {
+    if a * b <= 0.0 { 0.0 } else { (0.5 * (a + b).abs()).min(2.0 * a.abs().min(b.abs())).copysign(a) }
 }
 
 impl Carried {
@@ -187,7 +181,7 @@ fn find_slopes(blocks: &[Block], kinds: &[[Kinds; ROWS]], links: &Links, slot: u
                 slopes[(3 * q + a) * CELLS + cell] = match ends {
                     (Some(low), Some(high)) => {
                         let here = value((slot, cell));
-                        minmod(here - value(low), value(high) - here)
+                        limited(here - value(low), value(high) - here)
                     }
                     _ => 0.0,
                 };

@@ -181,6 +181,12 @@ impl<T: Real> LatticeBoltzmann<T> {
         [self.ledger.poured, self.ledger.drained.mass, self.ledger.pressed].map(|mass| mass * unit)
     }
 
+    /// Mass in kg of each batch that is followed.
+    pub fn batches(&self) -> Vec<f64> {
+        let unit = self.scaling.density * self.scaling.cell_size.powi(3);
+        (0..self.case.batches().len()).map(|batch| self.grid.carried_amount(batch) * unit).collect()
+    }
+
     /// Mass of the fluid in kg, to see how well it is kept.
     pub fn mass(&self) -> f64 {
         self.lattice_mass() * self.scaling.density * self.scaling.cell_size.powi(3)
@@ -278,7 +284,6 @@ impl<T: Real> LatticeBoltzmann<T> {
         let interface = |kinds: &Kinds| kinds.interface != 0;
         self.grid.open_inlets(self.time, self.scaling.time_step, &self.inflow);
         self.grid.solids.air = self.grid.solids.any() && self.grid.kinds.iter().flatten().any(interface);
-        self.grid.find_values();
         self.grid.sort_rows(&mut self.rows);
         self.grid.reconstruct(&self.rows, self.fluid.gravity());
     }
@@ -375,6 +380,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         if self.steps.is_multiple_of(REPAY) {
             self.repay();
         }
+        self.grid.find_values();
         self.arrange();
         Ok(())
     }

@@ -78,6 +78,18 @@ impl Cells {
         self.origin + self.size * (DVec3::new(i as f64, j as f64, k as f64) + 0.5)
     }
 
+    /// The batch that there is most of in a cell, by its number from 1; 0 if the most is of none.
+    pub fn batch(&self, n: usize) -> usize {
+        let none = 1.0 - self.batches.iter().map(|(_, shares)| shares[n]).sum::<f64>();
+        let mut most = (0, none);
+        for (batch, (_, shares)) in self.batches.iter().enumerate() {
+            if shares[n] > most.1 {
+                most = (batch + 1, shares[n]);
+            }
+        }
+        most.0
+    }
+
     /// How many times the whole body holds what the domain holds: 2 for each symmetry plane.
     pub fn copies(&self) -> f64 {
         let planes = self.symmetry.iter().flatten().filter(|plane| **plane).count();

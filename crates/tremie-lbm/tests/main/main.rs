@@ -1,6 +1,7 @@
 //! The lattice Boltzmann method as a whole, through its door: what must hold whatever the case.
 
 mod adaptive;
+mod batches;
 mod conservation;
 mod invariance;
 mod pour;
