@@ -149,14 +149,18 @@ impl Carried {
 /// Value that goes over the link along `c` from a donor, whose slopes a mirror between may have turned round, to a taker.
 fn between(blocks: &[Block], donor: Cell, flip: u8, c: [i32; 3], taker: Cell, q: usize) -> f64 {
     let value = |(slot, cell): Cell| blocks[slot].values[q * CELLS + cell];
-    let mut middle = value(donor);
+    let (one, other) = (value(donor), value(taker));
+    // So it is in most places.
+    if one == other {
+        return one;
+    }
+    let mut middle = one;
     for a in 0..3 {
         let turned = if flip >> a & 1 == 1 { -c[a] } else { c[a] };
         if turned != 0 {
             middle += 0.5 * f64::from(turned) * blocks[donor.0].slopes[(3 * q + a) * CELLS + donor.1];
         }
     }
-    let (one, other) = (value(donor), value(taker));
     middle.clamp(one.min(other), one.max(other))
 }
 

@@ -1,6 +1,7 @@
 //! What a case means on the lattice: cells, time step, numbers, memory. Known before anything runs.
 
 use tremie_case::{Case, Inlet, Lbm, Method, Precision, Side};
+use tremie_geometry::{Face, Motion};
 use tremie_numerics::DVec3;
 
 use crate::scaling::{Flow, Limits, Scaling, time_step};
@@ -96,8 +97,7 @@ impl Plan {
         let scaling = Scaling { cell_size: lbm.cell_size, time_step: chosen, density };
         let wet_cells = fluid_volume(case) / lbm.cell_size.powi(3);
         let cells = case.domain.cells(lbm.cell_size);
-        let open = |inlet: &Inlet| (inlet.end().min(case.stop.time) - inlet.start).max(0.0);
-        let inflow = case.inlets.iter().map(|inlet| inlet.flow_rate * open(inlet)).sum::<f64>();
+        let inflow = inflow(case, case.stop.time);
         let all = cells.iter().product::<usize>() as f64;
         let most_cells = (wet_cells + inflow / lbm.cell_size.powi(3)).min(all);
         let memory = match lbm.textbook() {
@@ -139,18 +139,52 @@ fn fluid_height(case: &Case, direction: DVec3) -> f64 {
     (high - low).dot(direction.abs()).max(0.0)
 }
 
-/// Speed in m/s that fluid may reach that comes in at a time in s or later, and falls through the domain.
+/// Speed in m/s that fluid may reach that comes in at a time in s or later, and falls on what has come in by then.
 pub(crate) fn inflow_speed(case: &Case, time: f64) -> f64 {
     let gravity = confined_gravity(case);
+    let down = gravity.normalize_or_zero();
     let end = DVec3::select(gravity.cmpgt(DVec3::ZERO), case.domain.max, case.domain.min);
-    let yet = case.inlets.iter().filter(|inlet| inlet.end() > time);
-    yet.map(|inlet| {
-        let (low, high) = inlet.motion.range(inlet.start.max(time), case.stop.time.max(time));
-        let fall = |way: DVec3| gravity.dot(end - (inlet.face.centre + way)).max(0.0);
+    // Falls are longest where motions, flows, or the time that is left begin or end.
+    let turns = case.inlets.iter().flat_map(|inlet| {
+        let points = match &inlet.motion {
+            Motion::Path(points) => points.as_slice(),
+            Motion::Uniform(_) => &[],
+        };
+        points.iter().map(|point| point.time).chain([inlet.start, inlet.end()])
+    });
+    let times: Vec<f64> = turns.chain([time, case.stop.time]).filter(|t| *t >= time).collect();
+    let mut fastest: f64 = 0.0;
+    for inlet in &case.inlets {
         let start = inlet.flow_rate / inlet.face.area();
-        (start * start + 2.0 * fall(low).max(fall(high))).sqrt()
-    })
-    .fold(0.0, f64::max)
+        for t in times.iter().filter(|t| (inlet.start..=inlet.end().min(case.stop.time)).contains(*t)) {
+            let height = (end - inlet.face.centre - inlet.motion.offset(*t)).dot(down) - level(case, *t);
+            fastest = fastest.max((start * start + 2.0 * gravity.length() * height.max(0.0)).sqrt());
+        }
+    }
+    fastest
+}
+
+/// Height in m that all that has come in by a time in s would have in the domain without solids, if it lay level; zero where that is not known.
+fn level(case: &Case, time: f64) -> f64 {
+    let gravity = confined_gravity(case);
+    let axis = gravity.abs().max_position();
+    let above = 2 * axis + usize::from(gravity[axis] < 0.0);
+    let leaves = (0..6).any(|side| side != above && case.domain.sides[side] == Side::Open);
+    if leaves || !case.outlets.is_empty() || gravity[axis].abs() < gravity.length() * (1.0 - 1e-9) {
+        return 0.0;
+    }
+    let size = case.domain.max - case.domain.min;
+    inflow(case, time) / (size.x * size.y * size.z / size[axis])
+}
+
+/// Volume in m3 that comes into the domain until a time in s.
+fn inflow(case: &Case, time: f64) -> f64 {
+    let one = |inlet: &Inlet| {
+        let face = Face { centre: inlet.face.centre + inlet.motion.offset(inlet.start), ..inlet.face };
+        let share = face.share_within(case.domain.min, case.domain.max);
+        inlet.flow_rate * (inlet.end().min(time) - inlet.start).max(0.0) * share
+    };
+    case.inlets.iter().map(one).sum()
 }
 
 /// Corners in m of the smallest box around the fluid within the domain.

@@ -142,8 +142,8 @@ impl<T: Real> LatticeBoltzmann<T> {
             self.scaling.acceleration(gravity),
             self.scaling.stress(self.case.material.curve.yield_stress()),
         );
-        // A mould holds the fluid: its pressure is the right start.
-        let held = self.grid.topology.moving_walls() || self.grid.solids.any();
+        // A mould holds the fluid: its pressure is the right start. Where it can leave, it does not stand.
+        let held = self.grid.topology.moving_walls() || self.grid.solids.any() || self.case.has_outlets();
         let Some(braking) = braking.filter(|_| !flows && !held) else {
             return true;
         };

@@ -287,9 +287,10 @@ mod tests {
         let mut slots = [OUTSIDE; 27];
         for (n, slot) in slots.iter_mut().enumerate() {
             let offset = [(n % 3) as i32 - 1, (n / 3 % 3) as i32 - 1, (n / 9) as i32 - 1];
-            if let Some(beside) = topology.beside(place, offset) {
-                *slot = 2 + topology.number(beside) as u32;
-            }
+            *slot = match topology.beside(place, offset) {
+                Some(beside) => 2 + topology.number(beside) as u32,
+                None => topology.beyond(place, offset),
+            };
         }
         let steps = [0, 1, 2].map(|a| topology.steps(place[a], a));
         {
@@ -302,9 +303,11 @@ mod tests {
     fn every_neighbour_of_every_cell() {
         // Against the definition, cell by cell, for all kinds of sides and for sizes that do and do not fill blocks.
         let kinds = [[WALL, WALL], [Boundary::Symmetry, WALL], [WALL, Boundary::Symmetry]];
+        let open = [[WALL, Boundary::Open], [Boundary::Open; 2]];
         let kinds = [kinds[0], kinds[1], kinds[2], [Boundary::Symmetry; 2], [Boundary::Periodic; 2]];
+        let kinds = [&kinds[..], &open].concat();
         for n in [1, 3, 8, 11] {
-            for side in kinds {
+            for &side in &kinds {
                 let topology = Topology::new([n, 5, 1], [side, [WALL; 2], [Boundary::Periodic; 2]]);
                 for x in 0..n {
                     let place = [x / EDGE, 0, 0];
@@ -316,14 +319,18 @@ mod tests {
                             Some((beyond, 0))
                         } else {
                             match side[usize::from(beyond >= 0)] {
-                                Boundary::Wall(_) => None,
+                                Boundary::Wall(_) | Boundary::Open => None,
                                 Boundary::Symmetry => Some((x as i64, 1)),
                                 Boundary::Periodic => Some((beyond.rem_euclid(n as i64), 0)),
                             }
                         };
                         match reached {
-                            // Solid: outside of all blocks, or a lane beyond the last one of the domain.
-                            None => assert!(slot == OUTSIDE || cell % EDGE > usize::from(links.last)),
+                            // Solid, or air: outside of all blocks, or a lane beyond the last one of the domain.
+                            None => {
+                                let open = side[usize::from(beyond >= 0)] == Boundary::Open;
+                                let there = if open { AIR } else { OUTSIDE };
+                                assert!(slot == there || cell % EDGE > usize::from(links.last));
+                            }
                             Some((x, mirrored)) => {
                                 assert_eq!(slot as usize, 2 + x as usize / EDGE, "n {n}, {side:?}, {beyond}");
                                 assert_eq!(cell, x as usize % EDGE + EDGE * 3);

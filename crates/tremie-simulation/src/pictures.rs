@@ -110,7 +110,7 @@ pub fn above(cells: &Cells, case: &Case, title: &str) -> Result<Picture, Error> 
     .draw()
 }
 
-/// A quantity in a vertical cut along the longer side of the body, through the spread axis or else the middle.
+/// A quantity in a vertical cut along the longer side of the body, through the spread axis, or the first inlet, or else the middle.
 ///
 /// # Errors
 /// If there are no cells.
@@ -125,7 +125,11 @@ pub fn cut(
     let (along, across) = if axes[1].extent().len() > axes[0].extent().len() { (1, 0) } else { (0, 1) };
     let plane = match &case.gauges.spread {
         Some(gauge) => gauge.centre[across],
-        None => 0.5 * axes[across].span().iter().sum::<f64>(),
+        None => {
+            let [low, high] = axes[across].span();
+            let inlet = case.inlets.first().map(|inlet| inlet.face.centre[across].clamp(low, high));
+            inlet.unwrap_or(0.5 * (low + high))
+        }
     };
     let depth = axes[across].cell(axes[across].place(plane));
     let cell = |i: isize, k: isize| {

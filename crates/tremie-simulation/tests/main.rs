@@ -187,6 +187,7 @@ fn case() -> Case {
         fluid: vec![FluidRegion {
             shape: Shape::Sphere { centre: DVec3::ZERO, radius: 0.1 },
             velocity: DVec3::ZERO,
+            batch: None,
         }],
         method: Method::Lbm(Lbm {
             cell_size: CELL,
