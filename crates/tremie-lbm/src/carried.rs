@@ -37,6 +37,8 @@ struct Block {
     values: Vec<f64>,
     /// Along x, y and z, for each quantity, per cell.
     slopes: Vec<f64>,
+    /// The values of all its fluid, if they are the same everywhere.
+    same: Option<Vec<f64>>,
 }
 
 /// What all blocks carry.
@@ -78,6 +80,7 @@ impl Carried {
             amounts: zeros(self.count + 1),
             values: zeros(self.count),
             slopes: zeros(3 * self.count),
+            same: None,
         };
         self.blocks.push(block);
     }
@@ -164,6 +167,14 @@ fn between(blocks: &[Block], donor: Cell, flip: u8, c: [i32; 3], taker: Cell, q:
     middle.clamp(one.min(other), one.max(other))
 }
 
+/// The values of all the fluid in a block, if they are the same everywhere.
+fn same_values(values: &[f64], kinds: &[Kinds; ROWS]) -> Option<Vec<f64>> {
+    let wet = |cell: &usize| kinds[cell / EDGE].wet() >> (cell % EDGE) & 1 == 1;
+    let of = |cell: usize| values.iter().skip(cell).step_by(CELLS);
+    let first = (0..CELLS).find(wet)?;
+    (first..CELLS).filter(wet).all(|cell| of(cell).eq(of(first))).then(|| of(first).copied().collect())
+}
+
 /// Slopes of all values of a block.
 fn find_slopes(blocks: &[Block], kinds: &[[Kinds; ROWS]], links: &Links, slot: usize, slopes: &mut [f64]) {
     let count = slopes.len() / CELLS / 3;
@@ -203,10 +214,23 @@ impl<T: Real> Grid<T> {
         }
         let Self { topology, solids, inlets, links, kinds, back, shape, carried, .. } = self;
         let count = carried.count;
+        carried.blocks.par_iter_mut().zip(&*kinds).skip(2).for_each(|(block, kinds)| {
+            block.same = same_values(&block.values, kinds);
+        });
+        // Most blocks hold one batch only, and so do those around: all that moves has its values.
+        let blocks = &carried.blocks;
+        let uniform: Vec<bool> = (0..blocks.len())
+            .map(|slot| {
+                let same = &blocks[slot].same;
+                let beside = links[slot].slots.iter().map(|slot| *slot as usize);
+                let mut wet = beside.filter(|slot| rows.get(*slot).is_some_and(|rows| !rows.is_empty()));
+                same.is_some() && wet.all(|slot| blocks[slot].same == *same)
+            })
+            .collect();
         let mut slopes: Vec<Vec<f64>> =
             carried.blocks.iter_mut().map(|block| std::mem::take(&mut block.slopes)).collect();
         slopes.par_iter_mut().enumerate().skip(2).for_each(|(slot, slopes)| {
-            if rows.get(slot).is_some_and(|rows| !rows.is_empty()) {
+            if !uniform[slot] && rows.get(slot).is_some_and(|rows| !rows.is_empty()) {
                 find_slopes(&carried.blocks, kinds, &links[slot], slot, slopes);
             }
         });
@@ -223,10 +247,18 @@ impl<T: Real> Grid<T> {
             let links = &links[slot];
             let source = Source::new(topology, solids, inlets, links, back, slot);
             let surface = Shapes::new(links, shape, slot);
+            let same = blocks[slot].same.as_ref().filter(|_| uniform[slot]);
             let mut pass = |first: usize, lanes: u8, i: usize, flux: Lanes<T>| {
                 for k in (0..LANES).filter(|k| lanes >> k & 1 == 1) {
                     let flux = flux.0[k].to_f64();
                     if flux == 0.0 {
+                        continue;
+                    }
+                    if let Some(same) = same {
+                        amounts[first + k] += flux;
+                        for (q, value) in same.iter().enumerate() {
+                            amounts[(q + 1) * CELLS + first + k] += flux * value;
+                        }
                         continue;
                     }
                     let here = (slot, first + k);

@@ -73,7 +73,10 @@ impl Plan {
         let gravity = confined.length();
         let height = fluid_height(case, confined.normalize_or_zero());
 
-        let mut speed = (2.0 * gravity * height).sqrt();
+        let (low, high) = fluid_box(case);
+        let fall = (high - low).dot(confined.normalize_or_zero().abs());
+        // Without fluid at the start there is no box.
+        let mut speed = if fall > 0.0 { (2.0 * gravity * fall).sqrt() } else { 0.0 };
         for side in &case.domain.sides {
             if let Side::Wall { velocity } = side {
                 speed = speed.max(velocity.length());

@@ -171,11 +171,12 @@ impl Topology {
     }
 
     /// What lies beyond the domain at an offset of -1, 0 or 1 blocks along each axis, where [`Topology::beside`] finds no block: air only if
-    /// nothing but open sides is crossed.
+    /// no wall is crossed.
     pub(crate) fn beyond(&self, place: [usize; 3], offset: [i32; 3]) -> u32 {
+        let passes = |side: Boundary| matches!(side, Boundary::Open | Boundary::Periodic);
         let open = |a: usize| match place[a] as i64 + i64::from(offset[a]) {
-            moved if moved < 0 => self.sides[a][0] == Boundary::Open,
-            moved if moved >= self.blocks[a] as i64 => self.sides[a][1] == Boundary::Open,
+            moved if moved < 0 => passes(self.sides[a][0]),
+            moved if moved >= self.blocks[a] as i64 => passes(self.sides[a][1]),
             _ => true,
         };
         if (0..3).all(open) { AIR } else { OUTSIDE }
