@@ -90,19 +90,13 @@ const CASE: Section<Case> = {
         ],
         example: &[],
         read: |t| {
-            let (fluid, inlets) = (t.maybe(&FLUID_KEY)?, t.maybe(&INLET_KEY)?);
-            if fluid.is_none() && inlets.is_none() {
-                let help = List(FLUID).example("fluid", "fluid");
-                let (problem, label) = ("`fluid` or `inlet` is missing", "");
-                return Err(Fault::new(t.itself().span(), problem, label).help(help));
-            }
-            Ok(Case {
+            let case = Case {
                 title: t.need(&TITLE)?,
                 method: t.switch(&METHOD)?,
                 material: t.need(&MATERIAL_KEY)?,
                 domain: t.need(&DOMAIN_KEY)?,
-                fluid: fluid.unwrap_or_default(),
-                inlets: inlets.unwrap_or_default(),
+                fluid: t.maybe(&FLUID_KEY)?.unwrap_or_default(),
+                inlets: t.maybe(&INLET_KEY)?.unwrap_or_default(),
                 outlets: t.maybe(&OUTLET_KEY)?.unwrap_or_default(),
                 solids: t.maybe(&SOLID_KEY)?.unwrap_or_default(),
                 gauges: t.need(&GAUGES_KEY)?,
@@ -111,7 +105,13 @@ const CASE: Section<Case> = {
                 meshes: Vec::new(),
                 name: String::new(),
                 text: String::new(),
-            })
+            };
+            if case.fluid.is_empty() && case.inlets.is_empty() {
+                let help = List(FLUID).example("fluid", "fluid");
+                let (problem, label) = ("`fluid` or `inlet` is missing", "");
+                return Err(Fault::new(t.itself().span(), problem, label).help(help));
+            }
+            Ok(case)
         },
     }
 };
