@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use tremie_geometry::mesh::ClosedMesh;
-use tremie_geometry::{Body, Motion, Shape};
+use tremie_geometry::{Body, Face, Motion, Shape};
 use tremie_numerics::{DVec2, DVec3};
 use tremie_rheology::FlowCurve;
 
@@ -21,9 +21,13 @@ pub struct Case {
     pub material: Material,
     /// The box in which it flows.
     pub domain: Domain,
-    /// Where the fluid is at the start; at least one region. Regions may overlap each other and reach beyond the
-    /// domain, outside of which they count for nothing.
+    /// Where the fluid is at the start; at least one region if there is no inlet. Regions may overlap each other and reach beyond
+    /// the domain, outside of which they count for nothing.
     pub fluid: Vec<FluidRegion>,
+    /// Where fluid comes in.
+    pub inlets: Vec<Inlet>,
+    /// Where fluid leaves, besides open sides.
+    pub outlets: Vec<Outlet>,
     /// What stands or moves in the domain, the bars last. Solids may overlap each other and reach beyond the domain.
     pub solids: Vec<Solid>,
     /// The meshes that solids are made from, in the order in which the case names them.
@@ -87,6 +91,8 @@ pub enum Side {
     Symmetry,
     /// What leaves here enters on the opposite side, which is periodic too.
     Periodic,
+    /// Fluid that gets here leaves, into air.
+    Open,
 }
 
 impl Side {
@@ -95,12 +101,49 @@ impl Side {
 }
 
 /// Fluid at the start of the run.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct FluidRegion {
     /// Where it is.
     pub shape: Shape,
     /// How it moves, in m/s.
     pub velocity: DVec3,
+    /// The batch that it belongs to, if it is to be followed.
+    pub batch: Option<String>,
+}
+
+/// A face that fluid comes in through, such as the end of a hose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Inlet {
+    /// Where it is drawn; the fluid goes where it looks.
+    pub face: Face,
+    /// Where it is at a time, from there.
+    pub motion: Motion,
+    /// Volume that comes through the whole face in m3/s.
+    pub flow_rate: f64,
+    /// Time in s from which on it comes.
+    pub start: f64,
+    /// Time in s at which it ends; infinite if it does not.
+    pub stop: f64,
+    /// Volume in m3 through the whole face after which it ends; infinite if it does not.
+    pub volume: f64,
+    /// The batch that the fluid belongs to, if it is to be followed.
+    pub batch: Option<String>,
+}
+
+impl Inlet {
+    /// Time in s at which it has let in all that it ever will, if nothing stands in its way; infinite if it never ends.
+    pub fn end(&self) -> f64 {
+        self.stop.min(self.start + self.volume / self.flow_rate)
+    }
+}
+
+/// A box in which fluid leaves, into air.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outlet {
+    /// Corner with the smallest coordinates, in m.
+    pub min: DVec3,
+    /// Corner with the largest coordinates, in m.
+    pub max: DVec3,
 }
 
 /// A rigid body that goes its prescribed way, whatever the fluid does.
@@ -120,12 +163,7 @@ impl Solid {
     /// Smallest axis-parallel box around all places of the solid from the time `start` to the time `end` in s, as its two corners in m.
     pub fn swept(&self, start: f64, end: f64) -> (DVec3, DVec3) {
         let (min, max) = self.body.bounds();
-        let (mut low, mut high) = (self.motion.offset(start), self.motion.offset(start));
-        let mut visit = |offset: DVec3| (low, high) = (low.min(offset), high.max(offset));
-        visit(self.motion.offset(end));
-        if let Motion::Path(points) = &self.motion {
-            points.iter().filter(|point| (start..=end).contains(&point.time)).for_each(|p| visit(p.offset));
-        }
+        let (low, high) = self.motion.range(start, end);
         (min + low, max + high)
     }
 }
@@ -383,6 +421,28 @@ pub struct Output {
 }
 
 impl Case {
+    /// The batches that are to be followed, in the order in which the case names them.
+    pub fn batches(&self) -> Vec<&str> {
+        let mut batches: Vec<&str> = Vec::new();
+        let fluid = self.fluid.iter().map(|region| &region.batch);
+        for batch in fluid.chain(self.inlets.iter().map(|inlet| &inlet.batch)).flatten() {
+            if !batches.contains(&batch.as_str()) {
+                batches.push(batch);
+            }
+        }
+        batches
+    }
+
+    /// Whether an inlet has yet to let fluid in at a time in s.
+    pub fn pours(&self, time: f64) -> bool {
+        self.inlets.iter().any(|inlet| inlet.end() > time && inlet.start < self.stop.time)
+    }
+
+    /// Whether fluid can leave.
+    pub fn has_outlets(&self) -> bool {
+        !self.outlets.is_empty() || self.domain.sides.contains(&Side::Open)
+    }
+
     /// Whether a solid still moves in the domain at a time in s, or has yet to come into it.
     pub fn solids_move(&self, time: f64) -> bool {
         self.solids.iter().any(|solid| {

@@ -1,11 +1,11 @@
 //! What is wrong with a case only in combination: every value is fine by itself, but they contradict each other.
 
-use tremie_geometry::{Body, Motion, Shape};
+use tremie_geometry::{Body, Motion, Outline, Shape};
 use tremie_numerics::DVec3;
 use tremie_rheology::{FlowCurve, Regularisation};
 
 use crate::case::{
-    Case, Collision, Domain, FluidRegion, Lattice, Lbm, Method, Side, Solid, Stepping, Surface,
+    Case, Collision, Domain, FluidRegion, Inlet, Lattice, Lbm, Method, Side, Solid, Stepping, Surface,
 };
 use crate::document::Document;
 use crate::fault::Fault;
@@ -19,6 +19,9 @@ const MOST_CELLS: f64 = 2_147_483_648.0;
 
 /// Fewer cells than this between walls resolve no flow.
 const FEWEST_CELLS: f64 = 4.0;
+
+/// An inlet of fewer cells does not know where it looks.
+const FEWEST_CELLS_OF_INLET: f64 = 2.0;
 
 /// Fluid that nowhere reaches so far into the domain, as a share of a cell, is none.
 const LEAST_FLUID: f64 = 0.25;
@@ -48,6 +51,15 @@ pub(crate) fn check(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
         fluid(region, &path, &case.domain, document)?;
         let Method::Lbm(lbm) = &case.method;
         holds(&region.shape, &path, &case.domain, lbm.cell_size, document)?;
+    }
+    for (index, inlet) in case.inlets.iter().enumerate() {
+        self::inlet(inlet, &format!("inlet.{index}"), case, document)?;
+    }
+    for (index, outlet) in case.outlets.iter().enumerate() {
+        let path = format!("outlet.{index}.box");
+        corners(outlet.min, outlet.max, &path, document)?;
+        let bounds = (outlet.min, outlet.max);
+        meets(bounds, &case.domain, "this outlet lies outside the domain", &path, document)?;
     }
     for (index, solid) in case.solids.iter().enumerate() {
         self::solid(solid, &solid_path(index, document), case, document)?;
@@ -165,14 +177,20 @@ fn scheme(lbm: &Lbm, case: &Case, document: &Document<'_>) -> Result<(), Fault> 
             format!("leave out `{asked}` under [lbm], or write \"no_slip\""),
         ));
     }
-    if !case.solids.is_empty() {
-        return clash(
+    let unknown = [
+        ("solids", !case.solids.is_empty()),
+        ("inlets", !case.inlets.is_empty()),
+        ("outlets and open sides", case.has_outlets()),
+        ("batches", !case.batches().is_empty()),
+    ];
+    match unknown.into_iter().find(|(_, present)| *present) {
+        Some((what, _)) => clash(
             asked,
-            "only the program's own scheme knows solids",
-            "leave out this line, or the solids",
-        );
+            &format!("only the program's own scheme knows {what}"),
+            &format!("leave out this line, or the {what}"),
+        ),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 /// The domain is a whole number of cells along each axis, and not too many.
@@ -439,7 +457,65 @@ fn solid(solid: &Solid, path: &str, case: &Case, document: &Document<'_>) -> Res
     } else {
         parts(&solid.body, path, case, document)?;
     }
-    if let Motion::Path(points) = &solid.motion {
+    forwards(&solid.motion, path, document)?;
+    let problem = "this solid lies outside the domain from the start to the end of the run";
+    meets(solid.swept(0.0, case.stop.time), &case.domain, problem, path, document)
+}
+
+/// An inlet looks somewhere, is large enough for the cells, begins before it ends, and is in the domain at some time.
+fn inlet(inlet: &Inlet, path: &str, case: &Case, document: &Document<'_>) -> Result<(), Fault> {
+    let (key, size) = match inlet.face.outline {
+        Outline::Disc { .. } => ("disc", "diameter"),
+        Outline::Rectangle { .. } => ("rectangle", "size"),
+    };
+    if inlet.face.direction == DVec3::ZERO {
+        return Err(Fault::new(
+            document.locate(&format!("{path}.{key}.direction")),
+            "the inlet looks nowhere: its direction is zero",
+            "write [0, 0, -1] for downwards, say",
+        ));
+    }
+    let Method::Lbm(lbm) = &case.method;
+    let least = FEWEST_CELLS_OF_INLET * lbm.cell_size;
+    if inlet.face.least_extent() < least * (1.0 - CELL_TOLERANCE) {
+        return Err(Fault::new(
+            document.locate(&format!("{path}.{key}.{size}")),
+            format!(
+                "the inlet is only {} m across, too little for the cells",
+                tidy(inlet.face.least_extent())
+            ),
+            format!("write \"{} m\" at least (better three times that), or smaller cells", tidy(least)),
+        )
+        .related(document.find("lbm.cell_size"), "the cell size"));
+    }
+    if inlet.stop <= inlet.start {
+        return Err(Fault::new(
+            document.locate(&format!("{path}.stop")),
+            "the inlet ends before it begins",
+            format!("write more than \"{} s\"", inlet.start),
+        )
+        .related(document.find(&format!("{path}.start")), "its beginning"));
+    }
+    if inlet.start >= case.stop.time {
+        return Err(Fault::new(
+            document.locate(&format!("{path}.start")),
+            "the run ends before this inlet begins",
+            format!("write less than \"{} s\"", case.stop.time),
+        )
+        .related(document.find("stop.time"), "the end of the run"));
+    }
+    forwards(&inlet.motion, path, document)?;
+    let (min, max) = inlet.face.bounds(0.0);
+    let (low, high) = inlet.motion.range(inlet.start, case.stop.time);
+    // A face along a side of the domain has no thickness to meet it with.
+    let touch = 0.5 * lbm.cell_size;
+    let problem = "this inlet lies outside the domain from the start to the end of the run";
+    meets((min + low - touch, max + high + touch), &case.domain, problem, path, document)
+}
+
+/// A path goes forwards in time.
+fn forwards(motion: &Motion, path: &str, document: &Document<'_>) -> Result<(), Fault> {
+    if let Motion::Path(points) = motion {
         for (n, ends) in points.windows(2).enumerate() {
             if ends[1].time <= ends[0].time {
                 let time = |n: usize| format!("{path}.motion.path.points.{n}.time");
@@ -452,8 +528,7 @@ fn solid(solid: &Solid, path: &str, case: &Case, document: &Document<'_>) -> Res
             }
         }
     }
-    let problem = "this solid lies outside the domain from the start to the end of the run";
-    meets(solid.swept(0.0, case.stop.time), &case.domain, problem, path, document)
+    Ok(())
 }
 
 /// Bars are thick enough for the cells.

@@ -90,6 +90,11 @@ impl<'a> Value<'a> {
         Fault::new(self.node.span(), format!("`{}` {problem}", self.name), label)
     }
 
+    /// Where it stands.
+    pub(crate) fn span(&self) -> Range<usize> {
+        self.node.span()
+    }
+
     pub(crate) fn wrong_type(&self, expected: impl std::fmt::Display) -> Fault {
         let found = match self.get() {
             DeValue::String(_) => "a text".to_owned(),
@@ -363,6 +368,19 @@ impl<T> Keys for Variants<T> {
         }
         let one = self.names().into_iter().map(|key| json!({ "required": [key] }));
         section.rule(json!({ "oneOf": one.collect::<Vec<_>>() }));
+    }
+}
+
+/// Keys of which the first word says how many must be there: `oneOf` or `anyOf`. The reader sees to it itself.
+pub(crate) struct Rule(pub(crate) &'static str, pub(crate) [&'static str; 2]);
+
+impl Keys for Rule {
+    fn names(&self) -> Vec<&'static str> {
+        Vec::new()
+    }
+
+    fn describe(&self, section: &mut Description) {
+        section.rule(json!({ (self.0): self.1.map(|key| json!({ "required": [key] })) }));
     }
 }
 

@@ -7,18 +7,19 @@
 use std::f64::consts::TAU;
 
 use serde_json::{Value as Json, json};
-use tremie_geometry::{Body, Motion, Shape, Union, Waypoint};
+use tremie_geometry::{Body, Face, Motion, Outline, Shape, Union, Waypoint};
 use tremie_numerics::{DVec2, DVec3};
 use tremie_rheology::{FlowCurve, Regularisation};
 
 use crate::bars;
 use crate::case::{
-    Case, Collision, Domain, FluidRegion, FrontGauge, Gauges, Lattice, Lbm, LevelGauge, LightGauge, Material,
-    Method, Output, Precision, Preset, Rest, Role, Side, Solid, SpreadGauge, Stepping, Stop, Surface,
+    Case, Collision, Domain, FluidRegion, FrontGauge, Gauges, Inlet, Lattice, Lbm, LevelGauge, LightGauge,
+    Material, Method, Outlet, Output, Precision, Preset, Rest, Role, Side, Solid, SpreadGauge, Stepping,
+    Stop, Surface,
 };
 use crate::describe::object;
 use crate::document::{
-    Bound, Choice, Document, Kind, List, Maybe, Name, Need, Or, Quantity, Section, Switch, Table, Text,
+    Bound, Choice, Document, Kind, List, Maybe, Name, Need, Or, Quantity, Rule, Section, Switch, Table, Text,
     Variants, Vector, WordOr, maybe, need, or,
 };
 use crate::fault::Fault;
@@ -62,8 +63,13 @@ const CASE: Section<Case> = {
     const MATERIAL_KEY: Need<Section<Material>> = need("material", "the fluid", MATERIAL);
     const DOMAIN_KEY: Need<Section<Domain>> =
         need("domain", "the box in which the fluid flows, a whole number of cells along each axis", DOMAIN);
-    const FLUID_KEY: Need<List<Section<FluidRegion>>> =
-        need("fluid", "where fluid is at the start: one or more regions, which may overlap", List(FLUID));
+    const FLUID_KEY: Maybe<List<Section<FluidRegion>>> =
+        maybe("fluid", "where fluid is at the start: regions, which may overlap", List(FLUID));
+    const INLET_KEY: Maybe<List<Section<Inlet>>> =
+        maybe("inlet", "where fluid comes in during the run", List(INLET));
+    const SOURCES: Rule = Rule("anyOf", ["fluid", "inlet"]);
+    const OUTLET_KEY: Maybe<List<Section<Outlet>>> =
+        maybe("outlet", "where fluid leaves, besides sides that are open", List(OUTLET));
     const SOLID_KEY: Maybe<List<Section<Solid>>> =
         maybe("solid", "what stands or moves in the domain; solids may overlap", List(SOLID));
     const BARS_KEY: Maybe<List<Section<Solid>>> =
@@ -78,6 +84,9 @@ const CASE: Section<Case> = {
             &MATERIAL_KEY,
             &DOMAIN_KEY,
             &FLUID_KEY,
+            &INLET_KEY,
+            &SOURCES,
+            &OUTLET_KEY,
             &SOLID_KEY,
             &BARS_KEY,
             &GAUGES_KEY,
@@ -86,12 +95,14 @@ const CASE: Section<Case> = {
         ],
         example: &[],
         read: |t| {
-            Ok(Case {
+            let case = Case {
                 title: t.need(&TITLE)?,
                 method: t.switch(&METHOD)?,
                 material: t.need(&MATERIAL_KEY)?,
                 domain: t.need(&DOMAIN_KEY)?,
-                fluid: t.need(&FLUID_KEY)?,
+                fluid: t.maybe(&FLUID_KEY)?.unwrap_or_default(),
+                inlets: t.maybe(&INLET_KEY)?.unwrap_or_default(),
+                outlets: t.maybe(&OUTLET_KEY)?.unwrap_or_default(),
                 solids: [numbered(t.maybe(&SOLID_KEY)?, "solid"), numbered(t.maybe(&BARS_KEY)?, "bars")]
                     .concat(),
                 gauges: t.need(&GAUGES_KEY)?,
@@ -101,7 +112,13 @@ const CASE: Section<Case> = {
                 files: Vec::new(),
                 name: String::new(),
                 text: String::new(),
-            })
+            };
+            if case.fluid.is_empty() && case.inlets.is_empty() {
+                let help = List(FLUID).example("fluid", "fluid");
+                let (problem, label) = ("`fluid` or `inlet` is missing", "");
+                return Err(Fault::new(t.itself().span(), problem, label).help(help));
+            }
+            Ok(case)
         },
     }
 };
@@ -401,6 +418,7 @@ const SIDE: WordOr<Side> = WordOr {
         ("wall", "a wall to which the fluid sticks", Side::REST),
         ("symmetry", "a plane of symmetry", Side::Symmetry),
         ("periodic", "what leaves here enters on the opposite side", Side::Periodic),
+        ("open", "fluid that gets here leaves, into air", Side::Open),
     ]),
     table: {
         const VELOCITY: Or<Vector<3>> = or(
@@ -481,9 +499,141 @@ const FLUID: Section<FluidRegion> = {
     const VELOCITY: Or<Vector<3>> =
         or("velocity", "[\"0 m/s\", \"0 m/s\", \"0 m/s\"]", "velocity at the start", MOTION);
     Section {
-        keys: &[&VELOCITY, &SHAPES],
+        keys: &[&VELOCITY, &BATCH, &SHAPES],
         example: &["sphere = { centre = [\"0.2 m\", \"0.2 m\", \"0.1 m\"], diameter = \"100 mm\" }"],
-        read: |t| Ok(FluidRegion { shape: t.one_of(&SHAPES)?, velocity: t.or(&VELOCITY)?.into() }),
+        read: |t| {
+            Ok(FluidRegion {
+                shape: t.one_of(&SHAPES)?,
+                velocity: t.or(&VELOCITY)?.into(),
+                batch: t.maybe(&BATCH)?,
+            })
+        },
+    }
+};
+
+const BATCH: Maybe<Text> = maybe(
+    "batch",
+    "name of the batch that this is, which is then followed through the flow; several may share one",
+    Text { example: "first" },
+);
+
+const INLET: Section<Inlet> = {
+    const FLOW_RATE: Maybe<Quantity> = maybe(
+        "flow_rate",
+        "volume that comes through the whole face in a time",
+        quantity(Dimension::FLOW_RATE, Bound::Positive, "1 l/s"),
+    );
+    const INFLOW_SPEED: Maybe<Quantity> = maybe("speed", "speed of the fluid, across the face", SPEED);
+    const RATE: Rule = Rule("oneOf", ["flow_rate", "speed"]);
+    const START: Or<Quantity> =
+        or("start", "\"0 s\"", "when it begins", quantity(Dimension::TIME, Bound::NotNegative, "1 s"));
+    const END: Maybe<Quantity> = maybe("stop", "when it ends, if not before", TIME);
+    const VOLUME: Maybe<Quantity> = maybe(
+        "volume",
+        "volume through the whole face after which it ends",
+        quantity(Dimension::VOLUME, Bound::Positive, "20 l"),
+    );
+    const MOTION_KEY: Maybe<Section<Motion>> =
+        maybe("motion", "how the face moves; it rests if this is absent", MOTIONS);
+    Section {
+        keys: &[&FACES, &FLOW_RATE, &INFLOW_SPEED, &RATE, &START, &END, &VOLUME, &MOTION_KEY, &BATCH],
+        example: &[
+            "disc = { centre = [\"0.2 m\", \"0.2 m\", \"0.25 m\"], direction = [0, 0, -1], diameter = \"80 mm\" }",
+            "flow_rate = \"1 l/s\"",
+        ],
+        read: |t| {
+            let face = t.one_of(&FACES)?;
+            let flow_rate = match (t.maybe(&FLOW_RATE)?, t.maybe(&INFLOW_SPEED)?) {
+                (Some(rate), None) => rate,
+                (None, Some(speed)) => speed * face.area(),
+                (None, None) => {
+                    let help = "add flow_rate = \"1 l/s\", say, or a speed";
+                    return Err(t.itself().fault("does not say how much comes in", "").help(help));
+                }
+                (Some(_), Some(_)) => {
+                    let speed = t.value("speed").unwrap_or_else(|| t.itself());
+                    return Err(speed.fault("says again what the flow rate says", "keep only one of them"));
+                }
+            };
+            Ok(Inlet {
+                face,
+                flow_rate,
+                motion: t.maybe(&MOTION_KEY)?.unwrap_or(Motion::REST),
+                start: t.or(&START)?,
+                stop: t.maybe(&END)?.unwrap_or(f64::INFINITY),
+                volume: t.maybe(&VOLUME)?.unwrap_or(f64::INFINITY),
+                batch: t.maybe(&BATCH)?,
+            })
+        },
+    }
+};
+
+const FACES: Variants<Face> = Variants {
+    what: "face",
+    sections: &[("disc", "face: a disc", DISC), ("rectangle", "face: a rectangle", RECTANGLE)],
+};
+
+const MIDDLE: Need<Vector<3>> = need("centre", "its middle", POINT);
+const DIRECTION: Need<Vector<3>> = need(
+    "direction",
+    "where the fluid goes, across the face",
+    Vector(quantity(Dimension::NUMBER, Bound::Any, "1")),
+);
+
+const DISC: Section<Face> = Section {
+    keys: &[&MIDDLE, &DIRECTION, &DIAMETER],
+    example: &[
+        "centre = [\"0.2 m\", \"0.2 m\", \"0.25 m\"]",
+        "direction = [0, 0, -1]",
+        "diameter = \"80 mm\"",
+    ],
+    read: |t| {
+        Ok(Face {
+            centre: t.need(&MIDDLE)?.into(),
+            // Zero where there is no direction, which `check` refuses.
+            direction: DVec3::from(t.need(&DIRECTION)?).normalize_or_zero(),
+            outline: Outline::Disc { radius: 0.5 * t.need(&DIAMETER)? },
+        })
+    },
+};
+
+const RECTANGLE: Section<Face> = {
+    const SIZE: Need<Vector<2>> = need(
+        "size",
+        "its sides, the first along x where it looks straight up or down, and else horizontal",
+        Vector(LENGTH),
+    );
+    Section {
+        keys: &[&MIDDLE, &DIRECTION, &SIZE],
+        example: &[
+            "centre = [\"0.2 m\", \"0.2 m\", \"0.25 m\"]",
+            "direction = [0, 0, -1]",
+            "size = [\"80 mm\", \"60 mm\"]",
+        ],
+        read: |t| {
+            Ok(Face {
+                centre: t.need(&MIDDLE)?.into(),
+                direction: DVec3::from(t.need(&DIRECTION)?).normalize_or_zero(),
+                outline: Outline::Rectangle { size: t.need(&SIZE)? },
+            })
+        },
+    }
+};
+
+const OUTLET: Section<Outlet> = {
+    const WHERE: Need<Section<Outlet>> = need(
+        "box",
+        "a box in which fluid leaves",
+        Section {
+            keys: &[&MIN, &MAX],
+            example: CORNERS,
+            read: |t| Ok(Outlet { min: t.need(&MIN)?.into(), max: t.need(&MAX)?.into() }),
+        },
+    );
+    Section {
+        keys: &[&WHERE],
+        example: &["box = { min = [\"0.3 m\", \"0 m\", \"0 m\"], max = [\"0.4 m\", \"0.1 m\", \"0.3 m\"] }"],
+        read: |t| t.need(&WHERE),
     }
 };
 

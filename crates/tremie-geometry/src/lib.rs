@@ -2,9 +2,11 @@
 //!
 //! A [`Shape`] answers one question, [`Shape::signed_distance`] (metres, negative inside); everything else about
 //! it follows from that. A [`Body`] is a shape or a [`mesh`], or made from several. A [`Motion`] says where it is at a time.
+//! A [`Face`] is what fluid comes in through.
 //! [`isosurface`] goes the other way: from values on a grid to the surface they describe.
 
 mod body;
+mod face;
 pub mod isosurface;
 pub mod mesh;
 mod motion;
@@ -12,5 +14,6 @@ mod shape;
 mod tree;
 
 pub use body::{Body, Union};
+pub use face::{Face, Outline};
 pub use motion::{Motion, Waypoint};
 pub use shape::{Shape, share};

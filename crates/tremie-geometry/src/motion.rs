@@ -42,6 +42,17 @@ impl Motion {
         }
     }
 
+    /// Smallest axis-parallel box around all ways from the time `start` to the time `end` in s, as its two corners in m.
+    pub fn range(&self, start: f64, end: f64) -> (DVec3, DVec3) {
+        let (mut low, mut high) = (self.offset(start), self.offset(start));
+        let mut visit = |offset: DVec3| (low, high) = (low.min(offset), high.max(offset));
+        visit(self.offset(end));
+        if let Self::Path(points) = self {
+            points.iter().filter(|point| (start..=end).contains(&point.time)).for_each(|p| visit(p.offset));
+        }
+        (low, high)
+    }
+
     /// Largest speed in m/s from the time `time` in s on.
     pub fn largest_speed(&self, time: f64) -> f64 {
         match self {

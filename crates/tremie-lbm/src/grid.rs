@@ -3,10 +3,12 @@
 //! Populations are kept twice, those that a step reads (`front`) and those that it writes (`back`), so that every cell
 //! writes only itself and no order of work can change the result. Everything else is kept once.
 
+use crate::carried::Carried;
+use crate::inlet::Inlets;
 use crate::lattice::{C, Q};
 use crate::real::Real;
 use crate::solids::Solids;
-use crate::topology::{AIR, CELLS, EDGE, Links, OUTSIDE, ROWS, Topology};
+use crate::topology::{AIR, Boundary, CELLS, EDGE, Links, OUTSIDE, ROWS, Topology};
 use crate::values::Values;
 
 /// What the eight cells of a row are, as bits; a cell that is none of these is air.
@@ -82,6 +84,8 @@ pub(crate) struct Grid<T: Real> {
     pub(crate) topology: Topology,
     /// What stands or moves in it.
     pub(crate) solids: Solids,
+    /// Where fluid comes in.
+    pub(crate) inlets: Inlets,
     /// Slot of each block by its number, `AIR` where none is allocated.
     slot_of: Vec<u32>,
     /// Whether a slot holds a block.
@@ -102,6 +106,8 @@ pub(crate) struct Grid<T: Real> {
     pub(crate) shape: Vec<Box<Shape<T>>>,
     /// Mass of interface cells; in liquid cells at sliding walls, their store (module `contact`).
     pub(crate) mass: Vec<Box<[f64; CELLS]>>,
+    /// What the fluid carries along.
+    pub(crate) carried: Carried,
     /// Blocks whose surroundings changed since their rows were last sorted into bulk and surface.
     pub(crate) stale: Vec<bool>,
     /// Cells that hold fluid.
@@ -109,11 +115,12 @@ pub(crate) struct Grid<T: Real> {
 }
 
 impl<T: Real> Grid<T> {
-    pub(crate) fn new(topology: Topology, solids: Solids) -> Self {
+    pub(crate) fn new(topology: Topology, solids: Solids, inlets: Inlets, carried: Carried) -> Self {
         let blocks = topology.blocks.iter().product();
         let mut grid = Self {
             topology,
             solids,
+            inlets,
             slot_of: vec![AIR; blocks],
             used: Vec::new(),
             free: Vec::new(),
@@ -124,6 +131,7 @@ impl<T: Real> Grid<T> {
             fills: Vec::new(),
             shape: Vec::new(),
             mass: Vec::new(),
+            carried,
             stale: Vec::new(),
             wet: 0,
         };
@@ -145,6 +153,7 @@ impl<T: Real> Grid<T> {
         self.fills.push(bytemuck::allocation::zeroed_box());
         self.shape.push(bytemuck::allocation::zeroed_box());
         self.mass.push(bytemuck::allocation::zeroed_box());
+        self.carried.push();
         self.stale.push(false);
         (self.used.len() - 1) as u32
     }
@@ -184,8 +193,14 @@ impl<T: Real> Grid<T> {
         self.slot_of[self.topology.number(place)] = slot as u32;
         self.used[slot] = true;
         for (row, kinds) in self.kinds[slot].iter_mut().enumerate() {
-            let inside = row % EDGE <= last[1] && row / EDGE <= last[2];
-            let lanes = if inside { 0xffu8 >> (EDGE - 1 - last[0]) } else { 0 };
+            // Beyond an open side lies air.
+            let within = |a: usize, at: usize| at <= last[a] || self.topology.sides[a][1] == Boundary::Open;
+            let inside = within(1, row % EDGE) && within(2, row / EDGE);
+            let lanes = match inside {
+                true if within(0, EDGE) => 0xff,
+                true => 0xffu8 >> (EDGE - 1 - last[0]),
+                false => 0,
+            };
             *kinds = Kinds { solid: !lanes, ..Kinds::default() };
         }
         *self.front[slot] = bytemuck::Zeroable::zeroed();
@@ -215,7 +230,7 @@ impl<T: Real> Grid<T> {
         for n in 0..27 {
             let offset = [(n % 3) as i32 - 1, (n / 3 % 3) as i32 - 1, (n / 9) as i32 - 1];
             let beside = match self.topology.beside(place, offset) {
-                None => OUTSIDE,
+                None => self.topology.beyond(place, offset),
                 Some(beside) => self.slot_of[self.topology.number(beside)],
             };
             self.links[slot].slots[n] = beside;
@@ -248,14 +263,10 @@ impl<T: Real> Grid<T> {
         (places, self.free.clone())
     }
 
-    /// An empty grid with its blocks in the same slots as saved by [`Grid::layout`]; `None` if these are impossible.
-    pub(crate) fn with_layout(
-        topology: Topology,
-        solids: Solids,
-        places: &[u32],
-        free: &[u32],
-    ) -> Option<Self> {
-        let mut grid = Self::new(topology, solids);
+    /// An empty grid of the same case with its blocks in the same slots as saved by [`Grid::layout`]; `None` if these are impossible.
+    pub(crate) fn restored(&self, places: &[u32], free: &[u32]) -> Option<Self> {
+        let (solids, inlets, carried) = (self.solids.clone(), self.inlets.clone(), self.carried.emptied());
+        let mut grid = Self::new(self.topology.clone(), solids, inlets, carried);
         for place in places.chunks_exact(3) {
             let slot = grid.push() as usize;
             if place == [u32::MAX; 3] {
@@ -276,7 +287,13 @@ impl<T: Real> Grid<T> {
     }
 
     /// Fills the blocks with saved values, in the order of their slots; the name of what does not fit otherwise.
-    pub(crate) fn load(&mut self, fields: &[T], mass: &[f64], kinds: &[u8]) -> Result<(), &'static str> {
+    pub(crate) fn load(
+        &mut self,
+        fields: &[T],
+        mass: &[f64],
+        kinds: &[u8],
+        carried: &[f64],
+    ) -> Result<(), &'static str> {
         let slots: Vec<usize> = self.slots().collect();
         let (populations, per_block) = (Q * CELLS, (Q + 1) * CELLS);
         let per_kinds = ROWS * size_of::<Kinds>();
@@ -284,6 +301,7 @@ impl<T: Real> Grid<T> {
             ("fields", fields.len(), slots.len() * per_block),
             ("mass", mass.len(), slots.len() * CELLS),
             ("kinds", kinds.len(), slots.len() * per_kinds),
+            ("carried", carried.len(), slots.len() * self.carried.per_block()),
         ] {
             if length != expected {
                 return Err(name);
@@ -298,6 +316,8 @@ impl<T: Real> Grid<T> {
                 self.fills[slot][(0, cell)] = *value;
             }
             self.mass[slot].copy_from_slice(&mass[n * CELLS..][..CELLS]);
+            let per_block = self.carried.per_block();
+            self.carried.load(slot, &carried[n * per_block..][..per_block]);
             bytemuck::cast_slice_mut(&mut self.kinds[slot])
                 .copy_from_slice(&kinds[n * per_kinds..][..per_kinds]);
         }
@@ -319,6 +339,6 @@ impl<T: Real> Grid<T> {
             + size_of::<[f64; CELLS]>()
             + size_of::<[Kinds; ROWS]>()
             + size_of::<Links>();
-        self.len() * block + self.slot_of.len() * size_of::<u32>()
+        self.len() * block + self.carried.bytes() + self.slot_of.len() * size_of::<u32>()
     }
 }

@@ -1,6 +1,6 @@
 //! The first state: which cells hold fluid, at which pressure, how fast.
 
-use tremie_case::Case;
+use tremie_case::{Case, FluidRegion};
 use tremie_geometry::share;
 use tremie_numerics::DVec3;
 
@@ -70,7 +70,9 @@ impl<T: Real> Grid<T> {
                 let at = [0, 1, 2].map(|a| place[a] * EDGE + at[a]);
                 if (0..3).all(|a| at[a] < self.topology.cells[a]) {
                     let centre = centre(case, size, at);
-                    *fill = self.share_of_fluid(case, centre, size);
+                    // What lies in an outlet has left.
+                    let drains = self.topology.drains(at);
+                    *fill = if drains { 0.0 } else { self.share_of_fluid(case, centre, size) };
                 }
             }
             if fills.iter().any(|fill| *fill > 0.0) {
@@ -164,10 +166,17 @@ pub(crate) fn centre(case: &Case, size: f64, at: [usize; 3]) -> DVec3 {
     case.domain.min + size * (DVec3::new(at[0] as f64, at[1] as f64, at[2] as f64) + 0.5)
 }
 
-/// Velocity in m/s that the case gives to the fluid at a point: that of the nearest region.
+/// Velocity in m/s that the case gives to the fluid at a point.
 pub(crate) fn velocity_at(case: &Case, p: DVec3) -> DVec3 {
-    case.fluid
-        .iter()
-        .min_by(|a, b| a.shape.signed_distance(p).total_cmp(&b.shape.signed_distance(p)))
-        .map_or(DVec3::ZERO, |region| region.velocity)
+    region_at(case, p).map_or(DVec3::ZERO, |region| region.velocity)
+}
+
+/// The batch to which the case counts the fluid at a point.
+pub(crate) fn batch_at(case: &Case, p: DVec3) -> Option<&str> {
+    region_at(case, p)?.batch.as_deref()
+}
+
+/// The region of fluid nearest to a point.
+fn region_at(case: &Case, p: DVec3) -> Option<&FluidRegion> {
+    case.fluid.iter().min_by(|a, b| a.shape.signed_distance(p).total_cmp(&b.shape.signed_distance(p)))
 }

@@ -7,20 +7,24 @@
 //!
 //! A step, in `simulation`: blocks stream and collide (`stream`, `collision`), interface cells that fill up or run
 //! dry are converted (`surface`), rows of cells are sorted by what they touch (`rows`), and the surface is found anew
-//! (`plane`). Storage is `grid`, neighbours are `topology`.
+//! (`plane`). Solids cover and uncover cells (`sweep`); fluid comes in by `inlet` and leaves by `outlet`. Storage is `grid`,
+//! neighbours are `topology`.
 //!
 //! Inside, everything is in lattice units (cell, step and density are 1); the door speaks SI ([`Scaling`]).
 
 mod adapt;
 mod ahead;
+mod carried;
 mod collision;
 mod contact;
 mod fluid;
 mod friction;
 mod grid;
 mod initial;
+mod inlet;
 mod lanes;
 mod lattice;
+mod outlet;
 mod plan;
 mod plane;
 mod processor;

@@ -1,6 +1,7 @@
 //! What a case means on the lattice: cells, time step, numbers, memory. Known before anything runs.
 
-use tremie_case::{Case, Lbm, Method, Precision, Side};
+use tremie_case::{Case, Inlet, Lbm, Method, Precision, Side};
+use tremie_geometry::{Face, Motion};
 use tremie_numerics::DVec3;
 
 use crate::scaling::{Flow, Limits, Scaling, time_step};
@@ -24,6 +25,8 @@ pub struct Plan {
     pub cells: [usize; 3],
     /// Cells that hold fluid at the start.
     pub wet_cells: f64,
+    /// Volume in m3 that comes in until the case's stop time.
+    pub inflow: f64,
     /// Steps to the case's stop time.
     pub steps: f64,
     /// Height in m of the fluid along gravity.
@@ -70,7 +73,10 @@ impl Plan {
         let gravity = confined.length();
         let height = fluid_height(case, confined.normalize_or_zero());
 
-        let mut speed = (2.0 * gravity * height).sqrt();
+        let (low, high) = fluid_box(case);
+        let fall = (high - low).dot(confined.normalize_or_zero().abs());
+        // Without fluid at the start there is no box.
+        let mut speed = if fall > 0.0 { (2.0 * gravity * fall).sqrt() } else { 0.0 };
         for side in &case.domain.sides {
             if let Side::Wall { velocity, .. } = side {
                 speed = speed.max(velocity.length());
@@ -82,7 +88,7 @@ impl Plan {
         for solid in &case.solids {
             speed = speed.max(solid.motion.largest_speed(0.0));
         }
-        speed = speed.max(channel_speed(case, viscosity / density));
+        speed = speed.max(inflow_speed(case, 0.0)).max(channel_speed(case, viscosity / density));
 
         let limits = Limits {
             lattice_viscosity: lbm.lattice_viscosity,
@@ -94,17 +100,19 @@ impl Plan {
         let scaling = Scaling { cell_size: lbm.cell_size, time_step: chosen, density };
         let wet_cells = fluid_volume(case) / lbm.cell_size.powi(3);
         let cells = case.domain.cells(lbm.cell_size);
+        let inflow = inflow(case, case.stop.time);
+        let all = cells.iter().product::<usize>() as f64;
+        let most_cells = (wet_cells + inflow / lbm.cell_size.powi(3)).min(all);
         let memory = match lbm.textbook() {
-            Some(textbook) => {
-                textbook::bytes_per_cell(textbook.lattice) * cells.iter().product::<usize>() as f64
-            }
+            Some(textbook) => textbook::bytes_per_cell(textbook.lattice) * all,
             // Blocks of 8 x 8 x 8 cells around a body of that volume are filled to about a third.
-            None => 3.0 * wet_cells * bytes_per_cell(lbm.precision),
+            None => 3.0 * most_cells * bytes_per_cell(lbm.precision),
         };
         Self {
             scaling,
             cells,
             wet_cells,
+            inflow,
             steps: (case.stop.time / chosen).ceil(),
             height,
             reference_speed: speed,
@@ -120,8 +128,66 @@ impl Plan {
 
 /// Extent in m of the fluid along a direction.
 fn fluid_height(case: &Case, direction: DVec3) -> f64 {
-    let (low, high) = fluid_box(case);
+    let (mut low, mut high) = fluid_box(case);
+    for inlet in &case.inlets {
+        // What comes in falls to the end of the domain, and may rise to where it comes in.
+        let end = DVec3::select(direction.cmpgt(DVec3::ZERO), case.domain.max, case.domain.min);
+        let (min, max) = inlet.face.bounds(0.0);
+        let (first, last) = inlet.motion.range(inlet.start, case.stop.time);
+        for corner in [min + first, max + last, end] {
+            let corner = corner.clamp(case.domain.min, case.domain.max);
+            (low, high) = (low.min(corner), high.max(corner));
+        }
+    }
     (high - low).dot(direction.abs()).max(0.0)
+}
+
+/// Speed in m/s that fluid may reach that comes in at a time in s or later, and falls on what has come in by then.
+pub(crate) fn inflow_speed(case: &Case, time: f64) -> f64 {
+    let gravity = confined_gravity(case);
+    let down = gravity.normalize_or_zero();
+    let end = DVec3::select(gravity.cmpgt(DVec3::ZERO), case.domain.max, case.domain.min);
+    // Falls are longest where motions, flows, or the time that is left begin or end.
+    let turns = case.inlets.iter().flat_map(|inlet| {
+        let points = match &inlet.motion {
+            Motion::Path(points) => points.as_slice(),
+            Motion::Uniform(_) => &[],
+        };
+        points.iter().map(|point| point.time).chain([inlet.start, inlet.end()])
+    });
+    let times: Vec<f64> = turns.chain([time, case.stop.time]).filter(|t| *t >= time).collect();
+    let mut fastest: f64 = 0.0;
+    for inlet in &case.inlets {
+        let start = inlet.flow_rate / inlet.face.area();
+        for t in times.iter().filter(|t| (inlet.start..=inlet.end().min(case.stop.time)).contains(*t)) {
+            let height = (end - inlet.face.centre - inlet.motion.offset(*t)).dot(down) - level(case, *t);
+            fastest = fastest.max((start * start + 2.0 * gravity.length() * height.max(0.0)).sqrt());
+        }
+    }
+    fastest
+}
+
+/// Height in m that all that has come in by a time in s would have in the domain without solids, if it lay level; zero where that is not known.
+fn level(case: &Case, time: f64) -> f64 {
+    let gravity = confined_gravity(case);
+    let axis = gravity.abs().max_position();
+    let above = 2 * axis + usize::from(gravity[axis] < 0.0);
+    let leaves = (0..6).any(|side| side != above && case.domain.sides[side] == Side::Open);
+    if leaves || !case.outlets.is_empty() || gravity[axis].abs() < gravity.length() * (1.0 - 1e-9) {
+        return 0.0;
+    }
+    let size = case.domain.max - case.domain.min;
+    inflow(case, time) / (size.x * size.y * size.z / size[axis])
+}
+
+/// Volume in m3 that comes into the domain until a time in s.
+fn inflow(case: &Case, time: f64) -> f64 {
+    let one = |inlet: &Inlet| {
+        let face = Face { centre: inlet.face.centre + inlet.motion.offset(inlet.start), ..inlet.face };
+        let share = face.share_within(case.domain.min, case.domain.max);
+        inlet.flow_rate * (inlet.end().min(time) - inlet.start).max(0.0) * share
+    };
+    case.inlets.iter().map(one).sum()
 }
 
 /// Corners in m of the smallest box around the fluid within the domain.
@@ -138,6 +204,9 @@ fn fluid_box(case: &Case) -> (DVec3, DVec3) {
 /// Volume of the fluid within the domain in m3, sampled on a coarse grid.
 fn fluid_volume(case: &Case) -> f64 {
     const SAMPLES: usize = 60;
+    if case.fluid.is_empty() {
+        return 0.0;
+    }
     let (low, high) = fluid_box(case);
     let size = high - low;
     let mut inside = 0usize;

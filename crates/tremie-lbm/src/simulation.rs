@@ -1,17 +1,20 @@
 //! The method as a [`Simulation`]: one step, in the order in which things happen.
 
 use bytemuck::cast_slice;
-use tremie_case::{Case, Precision, Side, Stepping, Surface};
+use tremie_case::{Case, Inlet, Precision, Side, Stepping, Surface};
 use tremie_output::state::{Array, State};
 use tremie_simulation::{Breakdown, Load, RestoreError, Simulation, Snapshot};
 
 use crate::adapt::{INTERVAL, Look, Watch};
+use crate::carried::Carried;
 use crate::fluid::Fluid;
 use crate::friction::Friction;
 use crate::grid::{Grid, Kinds};
-use crate::initial::centre;
+use crate::initial::{batch_at, centre};
+use crate::inlet::{Inflow, Inlets};
 use crate::lattice::Q;
-use crate::plan::{Plan, confined_gravity, settings};
+use crate::outlet::{Amount, outlets};
+use crate::plan::{Plan, confined_gravity, inflow_speed, settings};
 use crate::real::Real;
 use crate::rows::Rows;
 use crate::scaling::{Limits, Scaling};
@@ -49,10 +52,12 @@ pub struct LatticeBoltzmann<T: Real> {
     pub(crate) grid: Grid<T>,
     pub(crate) rows: Vec<Rows>,
     findings: Vec<Findings>,
-    ledger: Ledger,
-    /// Mass at the start, or when the time step last changed, which rounding is held against.
+    pub(crate) ledger: Ledger,
+    /// What has come in, by inlet.
+    pub(crate) inflow: Vec<Inflow>,
+    /// Mass at the start, or when the time step last changed, with what has come in and left since, which rounding is held against.
     mass: f64,
-    /// Volume that the case gives the fluid, in cells.
+    /// Volume that the case gave the fluid at the start, in cells.
     volume: f64,
     /// Simulated time in s.
     time: f64,
@@ -69,6 +74,7 @@ fn topology(case: &Case, scaling: &Scaling) -> Topology {
         Side::Wall { velocity, .. } => Boundary::Wall(velocity.to_array().map(|u| scaling.velocity(u))),
         Side::Symmetry => Boundary::Symmetry,
         Side::Periodic => Boundary::Periodic,
+        Side::Open => Boundary::Open,
     };
     let sides = [[side(0), side(1)], [side(2), side(3)], [side(4), side(5)]];
     let friction = |n: usize| match case.domain.sides[n] {
@@ -76,7 +82,17 @@ fn topology(case: &Case, scaling: &Scaling) -> Topology {
         _ => None,
     };
     let frictions = [[friction(0), friction(1)], [friction(2), friction(3)], [friction(4), friction(5)]];
-    Topology { frictions, ..Topology::new(case.domain.cells(scaling.cell_size), sides) }
+    let cells = case.domain.cells(scaling.cell_size);
+    Topology { frictions, outlets: outlets(case, cells, scaling.cell_size), ..Topology::new(cells, sides) }
+}
+
+/// A grid without fluid.
+fn grid<T: Real>(case: &Case, scaling: &Scaling) -> Grid<T> {
+    let batches = case.batches();
+    let share = |batch: &Option<String>, of: &str| f64::from(u8::from(batch.as_deref() == Some(of)));
+    let inflow = |inlet: &Inlet| batches.iter().map(|of| share(&inlet.batch, of)).collect();
+    let carried = Carried::new(batches.len(), case.inlets.iter().map(inflow).collect());
+    Grid::new(topology(case, scaling), Solids::new(case, scaling), Inlets::new(case), carried)
 }
 
 /// What drives and resists, for a length of the time step.
@@ -90,12 +106,13 @@ impl<T: Real> LatticeBoltzmann<T> {
         let scaling = Plan::new(case).scaling;
         let mut new = Self {
             case: case.clone(),
-            grid: Grid::new(topology(case, &scaling), Solids::new(case, &scaling)),
+            grid: grid(case, &scaling),
             scaling,
             fluid: fluid(case, &scaling),
             rows: Vec::new(),
             findings: Vec::new(),
             ledger: Ledger::default(),
+            inflow: vec![Inflow::default(); case.inlets.len()],
             mass: 0.0,
             volume: 0.0,
             time: 0.0,
@@ -105,7 +122,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         };
         new.grid.fill(case, &new.scaling);
         if !new.stand() {
-            new.grid = Grid::new(topology(case, &new.scaling), Solids::new(case, &scaling));
+            new.grid = grid(case, &new.scaling);
             new.grid.fill(case, &new.scaling);
             new.rows.clear();
         }
@@ -115,6 +132,11 @@ impl<T: Real> LatticeBoltzmann<T> {
         new.grid.spread_mass(-excess);
         new.mass = new.grid.total_mass();
         new.volume = new.mass;
+        let batches = case.batches();
+        new.grid.begin_carried(|at| {
+            let batch = batch_at(case, centre(case, scaling.cell_size, at));
+            batches.iter().map(|of| f64::from(u8::from(batch == Some(of)))).collect()
+        });
         new.arrange();
         new
     }
@@ -128,8 +150,8 @@ impl<T: Real> LatticeBoltzmann<T> {
             self.scaling.acceleration(gravity),
             self.scaling.stress(self.case.material.curve.yield_stress()),
         );
-        // A mould holds the fluid: its pressure is the right start.
-        let held = self.grid.topology.moving_walls() || self.grid.solids.any();
+        // A mould holds the fluid: its pressure is the right start. Where it can leave, it does not stand.
+        let held = self.grid.topology.moving_walls() || self.grid.solids.any() || self.case.has_outlets();
         let Some(braking) = braking.filter(|_| !flows && !held) else {
             return true;
         };
@@ -161,6 +183,18 @@ impl<T: Real> LatticeBoltzmann<T> {
         fastest
     }
 
+    /// Mass in kg that has come in, that has left, and that was added so that the fluid keeps its volume, since the start.
+    pub fn passed(&self) -> [f64; 3] {
+        let unit = self.scaling.density * self.scaling.cell_size.powi(3);
+        [self.ledger.poured, self.ledger.drained.mass, self.ledger.pressed].map(|mass| mass * unit)
+    }
+
+    /// Mass in kg of each batch that is followed.
+    pub fn batches(&self) -> Vec<f64> {
+        let unit = self.scaling.density * self.scaling.cell_size.powi(3);
+        (0..self.case.batches().len()).map(|batch| self.grid.carried_amount(batch) * unit).collect()
+    }
+
     /// Mass of the fluid in kg, to see how well it is kept.
     pub fn mass(&self) -> f64 {
         self.lattice_mass() * self.scaling.density * self.scaling.cell_size.powi(3)
@@ -171,11 +205,31 @@ impl<T: Real> LatticeBoltzmann<T> {
         self.grid.total_mass() + self.ledger.waiting + self.ledger.swept
     }
 
-    /// Gives back to the interface what rounding took, or takes what it gave.
+    /// Volume in cells that the fluid should have.
+    fn due_volume(&self) -> f64 {
+        let cell = self.scaling.cell_size.powi(3);
+        self.volume + self.inflow.iter().map(|inflow| inflow.volume / cell).sum::<f64>()
+            - self.ledger.drained.volume
+    }
+
+    /// Gives back to the interface what it lost of the fluid's volume by pressure, or takes what it gained, and says how much that was.
+    fn keep_volume(&mut self) {
+        let gained = self.grid.volume() + self.ledger.swept - self.due_volume();
+        if self.grid.spread_mass(-gained) {
+            self.ledger.pressed -= gained;
+        }
+        self.mass = self.lattice_mass();
+    }
+
+    /// Gives back to the interface what rounding took, or takes what it gave. (Fluid that comes in on top presses together what lies
+    /// below: that keeps its volume too.)
     fn repay(&mut self) {
         let missing = self.mass - (self.grid.total_mass() + self.ledger.swept);
         if missing != 0.0 && self.grid.spread_mass(missing) {
             self.ledger.waiting = 0.0;
+        }
+        if !self.case.inlets.is_empty() {
+            self.keep_volume();
         }
     }
 
@@ -210,7 +264,8 @@ impl<T: Real> LatticeBoltzmann<T> {
             speed: self
                 .grid
                 .common_speed(self.fluid.gravity())
-                .max(self.scaling.velocity(self.solid_speed())),
+                .max(self.scaling.velocity(self.solid_speed()))
+                .max(self.scaling.velocity(inflow_speed(&self.case, self.time))),
             hydrostatic_error: self.scaling.hydrostatic_error(gravity, height),
             viscosity: self.scaling.viscosity(self.case.material.curve.plastic_viscosity()),
             fall: (2.0 * height / gravity).sqrt(),
@@ -235,9 +290,29 @@ impl<T: Real> LatticeBoltzmann<T> {
     fn arrange(&mut self) {
         self.grid.solids.place(self.time, &self.scaling);
         let interface = |kinds: &Kinds| kinds.interface != 0;
+        self.grid.open_inlets(self.time, self.scaling.time_step, &self.inflow);
         self.grid.solids.air = self.grid.solids.any() && self.grid.kinds.iter().flatten().any(interface);
         self.grid.sort_rows(&mut self.rows);
         self.grid.reconstruct(&self.rows, self.fluid.gravity());
+    }
+
+    /// Counts what came in and left in the step that has just been taken.
+    fn pass(&mut self) {
+        let step = self.scaling.time_step;
+        let more = self.grid.inflow(self.time, step, &self.inflow);
+        for (inflow, more) in self.inflow.iter_mut().zip(more) {
+            inflow.whole += more.whole;
+            inflow.volume += more.volume;
+        }
+        // What the step began with is where the next will write.
+        let poured = self.grid.poured(&self.grid.back);
+        self.grid.carry(&self.rows, &poured);
+        let poured: f64 = poured.iter().map(|(_, _, mass)| mass).sum();
+        let out = self.grid.drain();
+        self.ledger.poured += poured;
+        self.ledger.drained.mass += out.mass;
+        self.ledger.drained.volume += out.volume;
+        self.mass += poured - out.mass;
     }
 
     fn breakdown(&self, slot: usize, cell: usize) -> Breakdown {
@@ -279,6 +354,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             self.grid.even_stores(&self.rows);
         }
         self.fluid.step(&mut self.grid, &self.rows, change.map(T::from_f64), &mut self.findings);
+        self.pass();
         self.time += self.scaling.time_step;
         self.steps += 1;
         self.updates += self.grid.wet as u64;
@@ -294,9 +370,8 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         if change.is_some() {
             // The fluid is pressed together by another share from now on: it keeps its volume, not its mass, and gets back what
             // it gained or lost of it since pressures changed.
-            let gained = self.grid.volume() + self.ledger.swept - self.volume;
-            self.grid.spread_mass(-gained);
-            self.mass = self.lattice_mass();
+            self.ledger.pressed += self.lattice_mass() - self.mass;
+            self.keep_volume();
         }
         for slot in self.grid.slots() {
             self.ledger.swept += self.findings.get(slot).map_or(0.0, |found| found.exchange.swept);
@@ -313,6 +388,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         if self.steps.is_multiple_of(REPAY) {
             self.repay();
         }
+        self.grid.find_values();
         self.arrange();
         Ok(())
     }
@@ -334,6 +410,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
     fn save(&self) -> State {
         let (places, free) = self.grid.layout();
         let (mut fields, mut mass, mut kinds) = (Vec::<T>::new(), Vec::<f64>::new(), Vec::<u8>::new());
+        let mut carried = Vec::<f64>::new();
         for slot in self.grid.slots() {
             // Where a cell has no such value, something is left over that means nothing; as zero it takes no room, and
             // the same moment of the same run gives the same file.
@@ -347,6 +424,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             fields.extend((0..CELLS).map(|cell| if wet(cell) { fill[(0, cell)] } else { T::ZERO }));
             mass.extend_from_slice(&*self.grid.mass[slot]);
             kinds.extend_from_slice(cast_slice(&self.grid.kinds[slot]));
+            carried.extend(self.grid.carried.saved(slot, wet));
         }
         let header = serde_json::json!({
             "for": self.identity(),
@@ -358,6 +436,10 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             "waiting": self.ledger.waiting,
             "stranded": self.ledger.stranded,
             "swept": self.ledger.swept,
+            "poured": self.ledger.poured,
+            "pressed": self.ledger.pressed,
+            "drained": [[self.ledger.drained.mass, self.ledger.drained.volume]],
+            "inflow": self.inflow.iter().map(|inflow| [inflow.whole, inflow.volume]).collect::<Vec<_>>(),
         });
         let arrays = vec![
             ("places".into(), Array::U32(places)),
@@ -365,6 +447,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             ("fields".into(), T::into_array(fields)),
             ("mass".into(), Array::F64(mass)),
             ("kinds".into(), Array::U8(kinds)),
+            ("carried".into(), Array::F64(carried)),
         ];
         State { header, arrays }
     }
@@ -387,16 +470,31 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         let number = |name: &str| state.header[name].as_f64().ok_or_else(|| missing(name));
         let count = |name: &str| state.header[name].as_u64().ok_or_else(|| missing(name));
 
-        let mut grid = Grid::with_layout(self.grid.topology.clone(), self.grid.solids.clone(), places, free)
-            .ok_or_else(|| missing("places"))?;
+        let mut grid = self.grid.restored(places, free).ok_or_else(|| missing("places"))?;
         grid.solids.forget_all();
-        grid.load(fields, mass, kinds).map_err(missing)?;
+        let Array::F64(carried) = array("carried")? else { return Err(missing("carried")) };
+        grid.load(fields, mass, kinds, carried).map_err(missing)?;
         let seen = serde_json::from_value(state.header["speeds"].clone()).map_err(|_| missing("speeds"))?;
         let (time, time_step) = (number("time")?, number("time_step")?);
-        let ledger =
-            Ledger { stranded: count("stranded")?, waiting: number("waiting")?, swept: number("swept")? };
+        let pairs = |name: &str| -> Result<Vec<[f64; 2]>, RestoreError> {
+            serde_json::from_value(state.header[name].clone()).map_err(|_| missing(name))
+        };
+        let [drained] = pairs("drained")?[..] else { return Err(missing("drained")) };
+        let ledger = Ledger {
+            stranded: count("stranded")?,
+            waiting: number("waiting")?,
+            swept: number("swept")?,
+            poured: number("poured")?,
+            drained: Amount { mass: drained[0], volume: drained[1] },
+            pressed: number("pressed")?,
+        };
+        let inflow: Vec<Inflow> =
+            pairs("inflow")?.into_iter().map(|[whole, volume]| Inflow { whole, volume }).collect();
+        if inflow.len() != self.inflow.len() {
+            return Err(missing("inflow"));
+        }
         (self.steps, self.mass, self.ledger) = (count("steps")?, number("mass")?, ledger);
-        (self.time, self.watch) = (time, Watch { seen });
+        (self.time, self.watch, self.inflow) = (time, Watch { seen }, inflow);
         self.scaling.time_step = time_step;
         self.fluid = fluid(&self.case, &self.scaling);
         self.grid = grid;

@@ -8,6 +8,7 @@ use tremie_case::{Case, Solid, Surface};
 use tremie_numerics::DVec3;
 
 use crate::friction::Friction;
+use crate::inlet::THICKNESS;
 use crate::lanes::LANES;
 use crate::scaling::Scaling;
 use crate::topology::{Links, ROWS};
@@ -15,7 +16,7 @@ use crate::topology::{Links, ROWS};
 /// Share of the time for which a row surely stays as it is that is made use of: keeps rounding out.
 const CERTAIN: f64 = 0.999;
 
-/// The solids of a case.
+/// The solids of a case, the plates of its inlets last.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Solids {
     bodies: Vec<Placed>,
@@ -34,6 +35,8 @@ pub(crate) struct Solids {
 #[derive(Debug, Clone)]
 struct Placed {
     solid: Solid,
+    /// The box around it where it is drawn, as its two corners in m.
+    bounds: (DVec3, DVec3),
     /// Way in m from where it is drawn.
     offset: DVec3,
     /// Velocity in the coming step in lattice units.
@@ -71,14 +74,23 @@ pub(crate) type Contacts = [Option<Contact>; LANES];
 impl Solids {
     /// The solids of a case at time zero.
     pub(crate) fn new(case: &Case, scaling: &Scaling) -> Self {
-        let place = |solid: &Solid| Placed {
-            solid: solid.clone(),
+        let size = scaling.cell_size;
+        let place = |(solid, bounds): (Solid, (DVec3, DVec3))| Placed {
             offset: solid.motion.offset(0.0),
             velocity: DVec3::ZERO,
             friction: Friction::new(solid.surface, scaling),
+            bounds,
+            solid,
         };
+        let plates = case.inlets.iter().map(|inlet| {
+            let body = inlet.face.plate(THICKNESS * size);
+            let plate =
+                Solid { name: String::new(), body, motion: inlet.motion.clone(), surface: Surface::NoSlip };
+            (plate, inlet.face.bounds(THICKNESS * size))
+        });
+        let solids = case.solids.iter().map(|solid| (solid.clone(), solid.body.bounds()));
         Self {
-            bodies: case.solids.iter().map(place).collect(),
+            bodies: solids.chain(plates).map(place).collect(),
             corner: case.domain.min,
             size: scaling.cell_size,
             until: Vec::new(),
@@ -117,8 +129,18 @@ impl Solids {
         self.bodies.iter().filter(ahead).map(|body| body.solid.motion.largest_speed(time)).fold(0.0, f64::max)
     }
 
+    /// Edge of a cell in m.
+    pub(crate) fn size(&self) -> f64 {
+        self.size
+    }
+
+    /// Lower corner of the domain in m.
+    pub(crate) fn corner(&self) -> DVec3 {
+        self.corner
+    }
+
     /// Centre in m of a cell of the lattice.
-    fn centre(&self, at: [usize; 3]) -> DVec3 {
+    pub(crate) fn centre(&self, at: [usize; 3]) -> DVec3 {
         self.corner + self.size * (DVec3::from(at.map(|n| n as f64)) + 0.5)
     }
 
@@ -209,7 +231,7 @@ impl Solids {
     /// For each solid that meets a domain of so many cells, the first cells and the ends of the box around it.
     pub(crate) fn extents(&self, cells: [usize; 3]) -> Vec<[[usize; 3]; 2]> {
         let boxed = |body: &Placed| {
-            let (min, max) = body.solid.body.bounds();
+            let (min, max) = body.bounds;
             let place = |p: DVec3, a: usize| (p[a] + body.offset[a] - self.corner[a]) / self.size;
             let first = [0, 1, 2].map(|a| place(min, a).max(0.0) as usize);
             let end = [0, 1, 2].map(|a| place(max, a).ceil().clamp(0.0, cells[a] as f64) as usize);

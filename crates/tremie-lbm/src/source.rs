@@ -1,6 +1,7 @@
 //! What the work on one block reads: its own values and those of the blocks around it, row by row.
 
 use crate::grid::Field;
+use crate::inlet::Inlets;
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, MIRROR, Q, each_pair};
 use crate::real::{Number, Real};
@@ -84,7 +85,10 @@ pub(crate) type Fills<'a, T> = Surroundings<'a, T, 1>;
 pub(crate) struct Source<'a, T: Real> {
     pub(crate) topology: &'a Topology,
     pub(crate) solids: &'a Solids,
+    pub(crate) inlets: &'a Inlets,
     pub(crate) links: &'a Links,
+    /// Slot of the block.
+    pub(crate) slot: usize,
     /// The block's own populations.
     pub(crate) own: &'a Field<T>,
     populations: Surroundings<'a, T, Q>,
@@ -96,6 +100,7 @@ impl<'a, T: Real> Source<'a, T> {
     pub(crate) fn new(
         topology: &'a Topology,
         solids: &'a Solids,
+        inlets: &'a Inlets,
         links: &'a Links,
         front: &'a [Box<Field<T>>],
         slot: usize,
@@ -103,7 +108,7 @@ impl<'a, T: Real> Source<'a, T> {
         let populations = Surroundings::new(links, front, slot);
         let mirrors = links.steps.iter().flatten().any(|step| step.flip != 0);
         let special = mirrors || !populations.regular;
-        Self { topology, solids, links, own: populations.own, populations, special }
+        Self { topology, solids, inlets, links, slot, own: populations.own, populations, special }
     }
 
     /// Populations arriving in a row from the cells around it, whatever these are.

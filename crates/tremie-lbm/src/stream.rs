@@ -245,6 +245,7 @@ impl<'a, T: Real> Source<'a, T> {
         let held = [held, least];
         if row.any_immersed != 0 {
             self.meet_solids(row, first, &contacts, physics, fill, f, mass, exchange);
+            self.pour(row, first, f, mass, &mut gain);
         }
         let wet = row.kinds.wet();
         if wet != 0xff {
@@ -465,7 +466,7 @@ impl<T: Real> Grid<T> {
     ) {
         findings.resize(self.len(), Findings::default());
         let past_caches = self.slots().count() * 2 * size_of::<Field<T>>() > CACHES;
-        let Self { topology, solids, links, front, back, fills, shape, mass, .. } = self;
+        let Self { topology, solids, inlets, links, front, back, fills, shape, mass, .. } = self;
         (back.par_iter_mut(), fills.par_iter_mut(), mass.par_iter_mut(), findings.par_iter_mut())
             .into_par_iter()
             .enumerate()
@@ -476,7 +477,7 @@ impl<T: Real> Grid<T> {
                 }
                 findings.exchange.swept = 0.0;
                 if !rows[slot].is_empty() {
-                    let source = Source::new(topology, solids, &links[slot], front, slot);
+                    let source = Source::new(topology, solids, inlets, &links[slot], front, slot);
                     let surface = Shapes::new(&links[slot], shape, slot);
                     let ahead = Ahead::of(slot, rows, links, front, shape);
                     let mut block = Block { back, fill, mass };
@@ -498,11 +499,11 @@ impl<T: Real> Grid<T> {
 
     /// Finds the shape of the surface, after cells have changed and before the next step.
     pub(crate) fn reconstruct(&mut self, rows: &[Rows], gravity: [T; 3]) {
-        let Self { topology, solids, links, front, fills, shape, .. } = self;
+        let Self { topology, solids, inlets, links, front, fills, shape, .. } = self;
         (shape.par_iter_mut(), rows.par_iter()).into_par_iter().enumerate().skip(2).for_each(
             |(slot, (shape, rows))| {
                 if rows.surface.iter().any(|row| row.kinds.interface != 0) {
-                    let source = Source::new(topology, solids, &links[slot], front, slot);
+                    let source = Source::new(topology, solids, inlets, &links[slot], front, slot);
                     let fills = Fills::new(&links[slot], fills, slot);
                     reconstruct_here(&source, &fills, rows, gravity, shape);
                 }
@@ -519,9 +520,9 @@ impl<T: Real> Grid<T> {
         physics: &Physics<T, R>,
         mut see: impl FnMut(usize, &Moments<T>, T),
     ) -> Vec<[DVec3; 2]> {
-        let Self { topology, solids, links, front, fills, shape, .. } = self;
+        let Self { topology, solids, inlets, links, front, fills, shape, .. } = self;
         let fill = &fills[slot];
-        let source = Source::new(topology, solids, &links[slot], front, slot);
+        let source = Source::new(topology, solids, inlets, &links[slot], front, slot);
         let surface = Shapes::new(&links[slot], shape, slot);
         let mut mass = self.mass[slot].clone();
         let mut exchange = Exchange { swept: 0.0, loads: vec![[DVec3::ZERO; 2]; solids.count()] };

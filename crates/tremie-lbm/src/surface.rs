@@ -18,6 +18,7 @@
 use crate::collision::{density_and_momentum, equilibrium};
 use crate::grid::{Grid, Kinds};
 use crate::lattice::{C, MIRROR, Q};
+use crate::outlet::Amount;
 use crate::real::Real;
 use crate::stream::Findings;
 use crate::topology::{AIR, CELLS, EDGE, OUTSIDE, ROWS};
@@ -34,6 +35,12 @@ pub(crate) struct Ledger {
     pub(crate) waiting: f64,
     /// Mass that the walls of solids have taken by their motion and not given back yet (module `sweep`).
     pub(crate) swept: f64,
+    /// Mass that has come in (module `inlet`).
+    pub(crate) poured: f64,
+    /// What has left (module `outlet`).
+    pub(crate) drained: Amount,
+    /// Mass given to the fluid, or taken from it, so that it keeps its volume.
+    pub(crate) pressed: f64,
 }
 
 impl<T: Real> Grid<T> {
@@ -56,6 +63,17 @@ impl<T: Real> Grid<T> {
         kinds.air() & bit != 0
     }
 
+    /// Whether a cell lies in the domain.
+    fn inside(&self, (slot, cell): Cell) -> bool {
+        let at = self.links[slot].coordinates(cell);
+        slot > OUTSIDE as usize && (0..3).all(|a| at[a] < self.topology.cells[a])
+    }
+
+    pub(crate) fn is_solid(&self, cell: Cell) -> bool {
+        let (kinds, bit) = self.kind(cell);
+        kinds.solid & bit != 0
+    }
+
     pub(crate) fn set_populations(&mut self, (slot, cell): Cell, f: &[T; Q]) {
         for i in 0..Q {
             self.front[slot][(i, cell)] = f[i];
@@ -68,6 +86,10 @@ impl<T: Real> Grid<T> {
         let kinds = &mut self.kinds[slot][cell / EDGE];
         let before = kinds.wet() & bit != 0;
         self.wet = self.wet + usize::from(liquid || interface) - usize::from(before);
+        if self.carried.any() && !before && (liquid || interface) {
+            self.begin_values((slot, cell));
+        }
+        let kinds = &mut self.kinds[slot][cell / EDGE];
         kinds.liquid = kinds.liquid & !bit | if liquid { bit } else { 0 };
         kinds.interface = kinds.interface & !bit | if interface { bit } else { 0 };
         self.fills[slot][(0, cell)] = if liquid { T::ONE } else { T::ZERO };
@@ -103,7 +125,8 @@ impl<T: Real> Grid<T> {
             }
             cells
         };
-        let full = cells_of(|found| &found.full);
+        let mut full = cells_of(|found| &found.full);
+        full.retain(|cell| !self.drains(*cell));
         let mut empty = cells_of(|found| &found.empty);
         let reached: Vec<(Cell, usize)> = self
             .slots()
@@ -130,7 +153,10 @@ impl<T: Real> Grid<T> {
         }
         for &((slot, cell), i) in &reached {
             let (beside, at, _) = self.links[slot].cell(cell, C[i].map(|c| -c));
-            wetted.push((beside as usize, at));
+            // Beyond an open side there is air that never becomes anything else.
+            if self.inside((beside as usize, at)) {
+                wetted.push((beside as usize, at));
+            }
         }
         let mut drained: Vec<Cell> = Vec::new();
         for &cell in &empty {
@@ -224,8 +250,17 @@ impl<T: Real> Grid<T> {
             return;
         }
         let share = mass / takers.len() as f64;
+        self.take_along(cell, &takers, share);
         for (slot, cell) in takers {
             self.mass[slot][cell] += share;
+        }
+    }
+
+    /// Lets mass take along what it carries from a cell to each of others.
+    fn take_along(&mut self, from: Cell, takers: &[Cell], share: f64) {
+        if self.carried.any() {
+            let alive = self.is_liquid(from) || self.is_interface(from);
+            self.carried.hand_out(from, takers, share, alive);
         }
     }
 
@@ -249,6 +284,7 @@ impl<T: Real> Grid<T> {
             ledger.waiting += mass;
         }
         let share = mass / nearest.len() as f64;
+        self.take_along(from, &nearest, share);
         for (slot, cell) in nearest {
             self.mass[slot][cell] += share;
         }

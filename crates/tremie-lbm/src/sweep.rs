@@ -76,7 +76,12 @@ impl<T: Real> Grid<T> {
         for slot in slots {
             self.surround_block(slot);
         }
-        for cell in self.changes(0.0).0 {
+        self.mark_solids(0.0);
+    }
+
+    /// Marks the solid cells of blocks without fluid that are new at the time `time` in s.
+    pub(crate) fn mark_solids(&mut self, time: f64) {
+        for cell in self.changes(time).0 {
             self.set_solid(cell, true);
         }
     }
@@ -146,7 +151,8 @@ impl<T: Real> Grid<T> {
         for (&cell, debt) in uncovered.iter().zip(&debts) {
             let around: Vec<Cell> = self.around(cell).map(|(beside, _)| beside).collect();
             let wet = around.iter().any(|beside| self.is_liquid(*beside));
-            let air = around.iter().any(|beside| self.is_air(*beside));
+            // What is uncovered in an outlet never fills.
+            let air = self.drains(cell) || around.iter().any(|beside| self.is_air(*beside));
             match (wet, air) {
                 (true, false) if debt.iter().map(|(_, owed)| owed).sum::<f64>() > GAP => {
                     gaps.push(cell);

@@ -5,7 +5,7 @@
 //! values are one vector, its kinds of cells are bits of one byte.
 //!
 //! Beyond a periodic side lies the opposite side; beyond a symmetry plane lies the mirror image, in which velocities
-//! are mirrored too; beyond a wall lies solid. All of this is resolved when a neighbour is looked up, so no values are
+//! are mirrored too; beyond a wall lies solid, beyond an open side air. All of this is resolved when a neighbour is looked up, so no values are
 //! copied to ghost cells and kernels need no special cases.
 
 use crate::friction::Friction;
@@ -31,6 +31,8 @@ pub(crate) enum Boundary {
     Symmetry,
     /// The flow goes on at the opposite side.
     Periodic,
+    /// Air.
+    Open,
 }
 
 /// Where a coordinate just outside of a block leads to, along one axis.
@@ -139,11 +141,14 @@ pub(crate) struct Topology {
     pub(crate) sides: [[Boundary; 2]; 3],
     /// Friction of sides along which the fluid slides.
     pub(crate) frictions: [[Option<Friction>; 2]; 3],
+    /// Boxes of cells in which fluid leaves, each by its first cells and its ends.
+    pub(crate) outlets: Vec<[[usize; 3]; 2]>,
 }
 
 impl Topology {
     pub(crate) fn new(cells: [usize; 3], sides: [[Boundary; 2]; 3]) -> Self {
-        Self { cells, blocks: cells.map(|n| n.div_ceil(EDGE)), sides, frictions: [[None; 2]; 3] }
+        let frictions = [[None; 2]; 3];
+        Self { cells, blocks: cells.map(|n| n.div_ceil(EDGE)), sides, frictions, outlets: Vec::new() }
     }
 
     /// Number of the block with coordinates `place`.
@@ -170,6 +175,47 @@ impl Topology {
         Some(beside)
     }
 
+    /// What lies beyond the domain at an offset of -1, 0 or 1 blocks along each axis, where [`Topology::beside`] finds no block: air only if
+    /// no wall is crossed.
+    pub(crate) fn beyond(&self, place: [usize; 3], offset: [i32; 3]) -> u32 {
+        let passes = |side: Boundary| matches!(side, Boundary::Open | Boundary::Periodic);
+        let open = |a: usize| match place[a] as i64 + i64::from(offset[a]) {
+            moved if moved < 0 => passes(self.sides[a][0]),
+            moved if moved >= self.blocks[a] as i64 => passes(self.sides[a][1]),
+            _ => true,
+        };
+        if (0..3).all(open) { AIR } else { OUTSIDE }
+    }
+
+    /// The cell at the lattice velocity `c` from the cell at `at`, through mirrors and periodic sides; none beyond other sides.
+    pub(crate) fn reached(&self, at: [usize; 3], c: [i32; 3]) -> Option<[usize; 3]> {
+        let mut there = at;
+        for a in 0..3 {
+            let (moved, n) = (at[a] as i64 + i64::from(c[a]), self.cells[a] as i64);
+            if !(0..n).contains(&moved) {
+                match self.sides[a][usize::from(moved >= n)] {
+                    Boundary::Symmetry => {}
+                    Boundary::Periodic => there[a] = moved.rem_euclid(n) as usize,
+                    Boundary::Wall(_) | Boundary::Open => return None,
+                }
+            } else {
+                there[a] = moved as usize;
+            }
+        }
+        Some(there)
+    }
+
+    /// Whether fluid leaves at a cell.
+    pub(crate) fn drains(&self, at: [usize; 3]) -> bool {
+        let holds = |[first, end]: &[[usize; 3]; 2]| (0..3).all(|a| (first[a]..end[a]).contains(&at[a]));
+        self.outlets.iter().any(holds)
+    }
+
+    /// Number in its block of the cell at `at`.
+    pub(crate) fn cell_at(&self, at: [usize; 3]) -> usize {
+        at[0] % EDGE + EDGE * (at[1] % EDGE + EDGE * (at[2] % EDGE))
+    }
+
     /// The last coordinate in the domain, within the block at `place` along `axis`.
     pub(crate) fn last(&self, place: usize, axis: usize) -> usize {
         (self.cells[axis] - EDGE * place).min(EDGE) - 1
@@ -188,7 +234,7 @@ impl Topology {
         }
         if place == 0 {
             match self.sides[axis][0] {
-                Boundary::Wall(_) => {}
+                Boundary::Wall(_) | Boundary::Open => {}
                 Boundary::Symmetry => steps[0] = Step { block: 1, index: 0, flip },
                 Boundary::Periodic => {
                     let end = self.last(self.blocks[axis] - 1, axis) as u8;
@@ -199,7 +245,7 @@ impl Topology {
         if place + 1 == self.blocks[axis] {
             let end = self.last(place, axis);
             match self.sides[axis][1] {
-                Boundary::Wall(_) => {}
+                Boundary::Wall(_) | Boundary::Open => {}
                 Boundary::Symmetry => steps[end + 2] = Step { block: 1, index: end as u8, flip },
                 Boundary::Periodic => steps[end + 2] = Step { block: 2, index: 0, flip: 0 },
             }
@@ -252,9 +298,10 @@ mod tests {
         let mut slots = [OUTSIDE; 27];
         for (n, slot) in slots.iter_mut().enumerate() {
             let offset = [(n % 3) as i32 - 1, (n / 3 % 3) as i32 - 1, (n / 9) as i32 - 1];
-            if let Some(beside) = topology.beside(place, offset) {
-                *slot = 2 + topology.number(beside) as u32;
-            }
+            *slot = match topology.beside(place, offset) {
+                Some(beside) => 2 + topology.number(beside) as u32,
+                None => topology.beyond(place, offset),
+            };
         }
         let steps = [0, 1, 2].map(|a| topology.steps(place[a], a));
         {
@@ -267,9 +314,11 @@ mod tests {
     fn every_neighbour_of_every_cell() {
         // Against the definition, cell by cell, for all kinds of sides and for sizes that do and do not fill blocks.
         let kinds = [[WALL, WALL], [Boundary::Symmetry, WALL], [WALL, Boundary::Symmetry]];
+        let open = [[WALL, Boundary::Open], [Boundary::Open; 2]];
         let kinds = [kinds[0], kinds[1], kinds[2], [Boundary::Symmetry; 2], [Boundary::Periodic; 2]];
+        let kinds = [&kinds[..], &open].concat();
         for n in [1, 3, 8, 11] {
-            for side in kinds {
+            for &side in &kinds {
                 let topology = Topology::new([n, 5, 1], [side, [WALL; 2], [Boundary::Periodic; 2]]);
                 for x in 0..n {
                     let place = [x / EDGE, 0, 0];
@@ -281,14 +330,18 @@ mod tests {
                             Some((beyond, 0))
                         } else {
                             match side[usize::from(beyond >= 0)] {
-                                Boundary::Wall(_) => None,
+                                Boundary::Wall(_) | Boundary::Open => None,
                                 Boundary::Symmetry => Some((x as i64, 1)),
                                 Boundary::Periodic => Some((beyond.rem_euclid(n as i64), 0)),
                             }
                         };
                         match reached {
-                            // Solid: outside of all blocks, or a lane beyond the last one of the domain.
-                            None => assert!(slot == OUTSIDE || cell % EDGE > usize::from(links.last)),
+                            // Solid, or air: outside of all blocks, or a lane beyond the last one of the domain.
+                            None => {
+                                let open = side[usize::from(beyond >= 0)] == Boundary::Open;
+                                let there = if open { AIR } else { OUTSIDE };
+                                assert!(slot == there || cell % EDGE > usize::from(links.last));
+                            }
                             Some((x, mirrored)) => {
                                 assert_eq!(slot as usize, 2 + x as usize / EDGE, "n {n}, {side:?}, {beyond}");
                                 assert_eq!(cell, x as usize % EDGE + EDGE * 3);

@@ -91,15 +91,32 @@ pub(crate) fn gains<T: Real>(
     row: &SurfaceRow,
     arriving: &[Lanes<T>; Q],
 ) -> [f64; LANES] {
-    let first = (usize::from(row.row) & (ROWS - 1)) * LANES;
-    let all = Lanes::<T>::from_f64;
-    let (zero, half, one, twelfth) = (all(0.0), all(0.5), all(1.0), all(1.0 / 12.0));
     let mut gain = [0.0f64; LANES];
-    let mut add = |flux: Lanes<T>| {
+    fluxes(source, surface, row, arriving, |_, flux| {
         for k in 0..LANES {
             gain[k] += flux.0[k].to_f64();
         }
-    };
+    });
+    for k in 0..LANES {
+        if row.kinds.interface >> k & 1 == 0 {
+            gain[k] = 0.0;
+        }
+    }
+    gain
+}
+
+/// What of it comes from the cells at -c of each velocity, one after the other.
+#[inline(always)]
+pub(crate) fn fluxes<T: Real>(
+    source: &Source<'_, T>,
+    surface: &Shapes<'_, T>,
+    row: &SurfaceRow,
+    arriving: &[Lanes<T>; Q],
+    mut add: impl FnMut(usize, Lanes<T>),
+) {
+    let first = (usize::from(row.row) & (ROWS - 1)) * LANES;
+    let all = Lanes::<T>::from_f64;
+    let (zero, half, one, twelfth) = (all(0.0), all(0.5), all(1.0), all(1.0 / 12.0));
     for i in 1..Q {
         let [a, b] = WAYS[i];
         let between = row.interface[i] & (row.liquid[a] | row.liquid[b]);
@@ -109,7 +126,7 @@ pub(crate) fn gains<T: Real>(
         let ways = half.only(row.liquid[a] & between) + half.only(row.liquid[b] & between);
         let leaving = source.own(opposite(i), first);
         let net = arriving[i] - leaving;
-        add((one.only(row.liquid[i]) + ways) * net);
+        add(i, (one.only(row.liquid[i]) + ways) * net);
     }
     each_face!(I, {
         let i = I;
@@ -135,13 +152,7 @@ pub(crate) fn gains<T: Real>(
                 let along = if n % 2 == 0 { along } else { -along };
                 flux -= twelfth * ((through + along).only(to_here) + (through - along).only(slanted));
             }
-            add(flux.only(open));
+            add(i, flux.only(open));
         }
     });
-    for k in 0..LANES {
-        if row.kinds.interface >> k & 1 == 0 {
-            gain[k] = 0.0;
-        }
-    }
-    gain
 }

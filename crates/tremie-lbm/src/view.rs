@@ -27,6 +27,7 @@ impl<T: Real> LatticeBoltzmann<T> {
             shear_rate: vec![0.0; total],
             stress: vec![0.0; total],
             solid: vec![0; total],
+            batches: self.case.batches().iter().map(|name| (name.to_string(), vec![0.0; total])).collect(),
             density: self.scaling.density,
             domain: [self.case.domain.min, self.case.domain.max],
             symmetry: [0, 1, 2].map(|a| [symmetric(2 * a), symmetric(2 * a + 1)]),
@@ -39,8 +40,12 @@ impl<T: Real> LatticeBoltzmann<T> {
             }
         }
         self.show_solids(low, &mut cells);
-        let solids = loads.into_iter().map(|load| self.load(load)).collect();
-        Snapshot { time: self.time(), fluid: Fluid::Cells(cells), solids }
+        // The last are the plates of inlets.
+        let solids = loads.into_iter().take(self.case.solids.len()).map(|load| self.load(load)).collect();
+        let inflow = self.inflow.iter().map(|inflow| inflow.volume).collect();
+        let out = self.ledger.drained.volume * size.powi(3);
+        let outflow = self.case.has_outlets().then_some(out);
+        Snapshot { time: self.time(), fluid: Fluid::Cells(cells), solids, inflow, outflow }
     }
 
     /// Force and moment in SI units; on the lattice the moment is about the domain's lower corner.
@@ -88,6 +93,9 @@ impl<T: Real> LatticeBoltzmann<T> {
             } else {
                 1.0
             };
+            for (q, (_, shares)) in cells.batches.iter_mut().enumerate() {
+                shares[n] = self.grid.carried.value((slot, cell), q);
+            }
             cells.pressure[n] = m.excess_density.to_f64() / 3.0 * pressure_unit;
             cells.velocity[n] = DVec3::from(m.velocity.map(|u| u.to_f64() * velocity_unit));
             // omega = s/q, and q = 3 sigma + s/2.

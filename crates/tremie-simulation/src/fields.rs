@@ -27,24 +27,28 @@ pub(crate) fn write(cells: &Cells, time: f64, path: &Path) -> Result<(), Error> 
     let velocity: Vec<f32> =
         numbers.iter().flat_map(|n| cells.velocity[*n].to_array()).map(|v| v as f32).collect();
     let yielded: Vec<u8> = numbers.iter().map(|n| u8::from(sheared(*n))).collect();
+    let shares: Vec<(String, Vec<f32>)> = (cells.batches.iter())
+        .map(|(name, shares)| (format!("share of batch {name}"), scalar(&|n| shares[n])))
+        .collect();
+    let batch: Vec<u8> = numbers.iter().map(|n| cells.batch(*n) as u8).collect();
     let corner = cells.centre(first[0], first[1], first[2]) - 0.5 * cells.size;
-    let one = |name, values| Field { name, components: 1, values: Values::F32(values) };
-    Image {
-        origin: corner.to_array(),
-        spacing: [cells.size; 3],
-        cells: count,
-        time,
-        fields: vec![
-            one("fill", &fill),
-            one("pressure [Pa]", &pressure),
-            Field { name: "velocity [m/s]", components: 3, values: Values::F32(&velocity) },
-            one("shear rate [1/s]", &shear_rate),
-            one("stress [Pa]", &stress),
-            one("apparent viscosity [Pa s]", &viscosity),
-            Field { name: "yielded", components: 1, values: Values::U8(&yielded) },
-        ],
+    fn one<'a>(name: &'a str, values: &'a [f32]) -> Field<'a> {
+        Field { name, components: 1, values: Values::F32(values) }
     }
-    .write(path)
+    let mut fields = vec![
+        one("fill", &fill),
+        one("pressure [Pa]", &pressure),
+        Field { name: "velocity [m/s]", components: 3, values: Values::F32(&velocity) },
+        one("shear rate [1/s]", &shear_rate),
+        one("stress [Pa]", &stress),
+        one("apparent viscosity [Pa s]", &viscosity),
+        Field { name: "yielded", components: 1, values: Values::U8(&yielded) },
+    ];
+    if !shares.is_empty() {
+        fields.push(Field { name: "batch", components: 1, values: Values::U8(&batch) });
+    }
+    fields.extend(shares.iter().map(|(name, values)| one(name, values)));
+    Image { origin: corner.to_array(), spacing: [cells.size; 3], cells: count, time, fields }.write(path)
 }
 
 /// First cell and number of cells along each axis of the smallest box around all fluid.

@@ -9,7 +9,7 @@
 //! | `series.csv` | the readings of the gauges over time |
 //! | `fluid.pvd`, `fluid_000000.vti` ... | the fields |
 //! | `surface.pvd`, `surface_000000.vtp` ... | the free surface |
-//! | `above_000000.png`, `cut_000000.png` ... | pictures |
+//! | `above_000000.png`, `cut_000000.png`, `batches_000000.png` ... | pictures |
 //! | `report.html` | all of it as a page, if one was asked for |
 //! | `checkpoint.tremie` | the state to go on from |
 
@@ -89,8 +89,8 @@ const CHECKPOINT: &str = "checkpoint.tremie";
 const FLUID: &str = "fluid.pvd";
 const SURFACE: &str = "surface.pvd";
 /// Prefixes and endings of the files that are numbered.
-const NUMBERED: [(&str, &str); 4] =
-    [("fluid_", ".vti"), ("surface_", ".vtp"), ("above_", ".png"), ("cut_", ".png")];
+const NUMBERED: [(&str, &str); 5] =
+    [("fluid_", ".vti"), ("surface_", ".vtp"), ("above_", ".png"), ("cut_", ".png"), ("batches_", ".png")];
 
 impl RunFolder {
     /// Makes the folder for a new run.
@@ -194,7 +194,9 @@ impl RunFolder {
             else {
                 continue;
             };
-            found[usize::from(name.starts_with("cut_"))].push(entry.path());
+            if let Some(kind) = ["above_", "cut_"].iter().position(|kind| name.starts_with(kind)) {
+                found[kind].push(entry.path());
+            }
         }
         found.iter_mut().for_each(|paths| paths.sort());
         Ok(found)

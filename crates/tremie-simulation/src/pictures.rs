@@ -22,6 +22,10 @@ pub(crate) fn draw(
 ) -> Result<(), Error> {
     let title = format!("{}, t = {time:.2} s", case.title);
     above(cells, case, &title)?.write(&folder.path().join(format!("above_{number:06}.png")))?;
+    if !cells.batches.is_empty() {
+        cut(cells, case, Quantity::Batch, Frame::Domain, &title)?
+            .write(&folder.path().join(format!("batches_{number:06}.png")))?;
+    }
     cut(cells, case, Quantity::Speed, Frame::Domain, &title)?
         .write(&folder.path().join(format!("cut_{number:06}.png")))
 }
@@ -37,6 +41,8 @@ pub enum Quantity {
     ShearRate,
     /// Where the fluid shears, and where it is as a solid.
     Yielded,
+    /// Which batch there is most of.
+    Batch,
 }
 
 impl Quantity {
@@ -47,6 +53,7 @@ impl Quantity {
             Self::Pressure => "pressure [Pa]",
             Self::ShearRate => "shear rate [1/s]",
             Self::Yielded => "yielded",
+            Self::Batch => "batch",
         }
     }
 
@@ -56,6 +63,7 @@ impl Quantity {
             Self::Pressure => cells.pressure[n],
             Self::ShearRate => cells.shear_rate[n],
             Self::Yielded => f64::from(u8::from(cells.shear_rate[n] > 0.0)),
+            Self::Batch => cells.batch(n) as f64,
         }
     }
 }
@@ -102,7 +110,7 @@ pub fn above(cells: &Cells, case: &Case, title: &str) -> Result<Picture, Error> 
     .draw()
 }
 
-/// A quantity in a vertical cut along the longer side of the body, through the spread axis or else the middle.
+/// A quantity in a vertical cut along the longer side of the body, through the spread axis, or the first inlet, or else the middle.
 ///
 /// # Errors
 /// If there are no cells.
@@ -117,7 +125,11 @@ pub fn cut(
     let (along, across) = if axes[1].extent().len() > axes[0].extent().len() { (1, 0) } else { (0, 1) };
     let plane = match &case.gauges.spread {
         Some(gauge) => gauge.centre[across],
-        None => 0.5 * axes[across].span().iter().sum::<f64>(),
+        None => {
+            let [low, high] = axes[across].span();
+            let inlet = case.inlets.first().map(|inlet| inlet.face.centre[across].clamp(low, high));
+            inlet.unwrap_or(0.5 * (low + high))
+        }
     };
     let depth = axes[across].cell(axes[across].place(plane));
     let cell = |i: isize, k: isize| {
@@ -145,6 +157,12 @@ pub fn cut(
         }
     }
     let names = ["x", "y"];
+    let batches = cells.batches.iter().map(|(name, _)| name.as_str());
+    let classes = match quantity {
+        Quantity::Yielded => vec!["not yielded", "flows"],
+        Quantity::Batch => std::iter::once("no batch").chain(batches).collect(),
+        _ => Vec::new(),
+    };
     Cut {
         title: &format!("{title}, {} = {:.0} mm", names[across], 1e3 * plane),
         grid: Grid {
@@ -159,7 +177,7 @@ pub fn cut(
         fill: Some(&fill),
         range: None,
         palette: if quantity == Quantity::Pressure { Palette::Magma } else { Palette::Viridis },
-        classes: (quantity == Quantity::Yielded).then_some(["not yielded", "flows"]),
+        classes: (!classes.is_empty()).then_some(&classes),
         floor: ks.start == axes[2].extent().start,
     }
     .draw()

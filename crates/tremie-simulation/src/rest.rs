@@ -131,6 +131,8 @@ mod tests {
             fronts: Vec::new(),
             lights: Vec::new(),
             solids: Vec::new(),
+            inflow: Vec::new(),
+            outflow: None,
         }
     }
 

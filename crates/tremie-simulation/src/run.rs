@@ -266,9 +266,10 @@ impl<'a> Run<'a> {
 
     /// Whether the run has come to its end.
     fn end(&self, simulation: &dyn Simulation) -> Option<EndReason> {
-        // While a mould is on its way, a fluid at rest in it has not come to its rest.
-        let moved = !self.case.solids_move(simulation.time());
-        if moved && self.case.stop.rest.as_ref().is_some_and(|rest| self.state.rest.reached(rest)) {
+        // While a mould is on its way, or fluid has yet to come, a fluid at rest has not come to its rest.
+        let time = simulation.time();
+        let settled = !self.case.solids_move(time) && !self.case.pours(time);
+        if settled && self.case.stop.rest.as_ref().is_some_and(|rest| self.state.rest.reached(rest)) {
             Some(EndReason::Rest)
         } else if self.event() {
             Some(EndReason::Event)
@@ -314,7 +315,8 @@ impl<'a> Run<'a> {
     fn summary(&self, simulation: &dyn Simulation, end_reason: EndReason) -> Summary {
         let readings = self.gauges.measure(&simulation.snapshot());
         let record = self.record(simulation, None);
-        let first = self.state.first_volume;
+        let passed = readings.inflow.iter().sum::<f64>() - readings.outflow.unwrap_or(0.0);
+        let due = self.state.first_volume + passed;
         let volume = readings.volume;
         Summary {
             end_reason,
@@ -326,7 +328,7 @@ impl<'a> Run<'a> {
                 .into_iter()
                 .zip(self.state.events.iter().map(TargetTime::reached))
                 .collect(),
-            volume_error: if first > 0.0 { volume / first - 1.0 } else { 0.0 },
+            volume_error: if due > 0.0 { volume / due - 1.0 } else { 0.0 },
             steps: record.steps,
             wall: record.wall_s,
             updates_per_second: record.updates_per_second,

@@ -11,6 +11,10 @@ pub struct Snapshot {
     pub fluid: Fluid,
     /// What the fluid does to each solid of the case, within the domain.
     pub solids: Vec<SolidLoad>,
+    /// Volume in m3 that has come into the domain since the start, by inlet.
+    pub inflow: Vec<f64>,
+    /// Volume in m3 that has left the domain since the start; none where nothing can leave.
+    pub outflow: Option<f64>,
 }
 
 /// Force and moment of the fluid on a solid; pressure counts from that of the air.
@@ -52,6 +56,8 @@ pub struct Cells {
     pub stress: Vec<f64>,
     /// 1 in solid cells, 0 elsewhere.
     pub solid: Vec<u8>,
+    /// Names of the batches that are followed, and the share of each, 0 to 1, in the fluid of a cell.
+    pub batches: Vec<(String, Vec<f64>)>,
     /// Density of the fluid in kg/m3.
     pub density: f64,
     /// The domain's lower and upper corner in m.
@@ -70,6 +76,18 @@ impl Cells {
     /// Centre of the cell (i, j, k) in m.
     pub fn centre(&self, i: usize, j: usize, k: usize) -> DVec3 {
         self.origin + self.size * (DVec3::new(i as f64, j as f64, k as f64) + 0.5)
+    }
+
+    /// The batch that there is most of in a cell, by its number from 1; 0 if the most is of none.
+    pub fn batch(&self, n: usize) -> usize {
+        let none = 1.0 - self.batches.iter().map(|(_, shares)| shares[n]).sum::<f64>();
+        let mut most = (0, none);
+        for (batch, (_, shares)) in self.batches.iter().enumerate() {
+            if shares[n] > most.1 {
+                most = (batch + 1, shares[n]);
+            }
+        }
+        most.0
     }
 
     /// How many times the whole body holds what the domain holds: 2 for each symmetry plane.

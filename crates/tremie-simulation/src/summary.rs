@@ -46,7 +46,7 @@ pub struct Summary {
     pub t500: Option<f64>,
     /// What front and light gauges wait for: its name, and the time in s at which it came, if it did.
     pub events: Vec<(String, Option<f64>)>,
-    /// Relative change of the fluid's volume since the start of the run.
+    /// Relative change of the fluid's volume since the start of the run, apart from what came in and left.
     pub volume_error: f64,
     /// Time steps.
     pub steps: u64,
@@ -128,6 +128,8 @@ mod tests {
                 "gate".to_owned(),
                 SolidLoad { force: DVec3::new(1.0, 2.0, 3.0), moment: DVec3::new(0.1, 0.2, 0.3) },
             )],
+            inflow: vec![2e-3, 0.0],
+            outflow: Some(1e-3),
         };
         let gauges = Gauges::of(&readings);
         for (spread, t500) in [(Some(spread), Some(1.5)), (None, None)] {

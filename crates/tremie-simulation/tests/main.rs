@@ -110,7 +110,13 @@ impl Simulation for Cake {
         if self.eaten {
             let Cells { size, density, domain, symmetry, .. } = cells;
             let nothing = Cells { size, density, domain, symmetry, ..Cells::default() };
-            return Snapshot { time: self.time, fluid: Fluid::Cells(nothing), solids: Vec::new() };
+            return Snapshot {
+                time: self.time,
+                fluid: Fluid::Cells(nothing),
+                solids: Vec::new(),
+                inflow: Vec::new(),
+                outflow: None,
+            };
         }
         let radius = Self::radius(self.time);
         for k in 0..count[2] {
@@ -129,7 +135,13 @@ impl Simulation for Cake {
                 }
             }
         }
-        Snapshot { time: self.time, fluid: Fluid::Cells(cells), solids: Vec::new() }
+        Snapshot {
+            time: self.time,
+            fluid: Fluid::Cells(cells),
+            solids: Vec::new(),
+            inflow: Vec::new(),
+            outflow: None,
+        }
     }
 
     fn load(&self) -> Load {
@@ -169,11 +181,14 @@ fn case() -> Case {
             sides: [Side::Symmetry, wall, Side::Symmetry, wall, wall, wall],
         },
         solids: Vec::new(),
+        inlets: Vec::new(),
+        outlets: Vec::new(),
         meshes: Vec::new(),
         files: Vec::new(),
         fluid: vec![FluidRegion {
             shape: Shape::Sphere { centre: DVec3::ZERO, radius: 0.1 },
             velocity: DVec3::ZERO,
+            batch: None,
         }],
         method: Method::Lbm(Lbm {
             cell_size: CELL,

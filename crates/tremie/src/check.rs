@@ -55,12 +55,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         let mut rows = numbers.rows();
         rows.extend(case.meshes.iter().map(|mesh| ("mesh", extent(mesh))));
         rows.extend(case.solids.iter().filter_map(cage).map(|cage| ("bars", cage)));
+        let pours = if case.inlets.is_empty() { "" } else { ", more as fluid comes in" };
         let earlier = if case.stop.rest.is_some() { " at most; rest comes earlier" } else { "" };
         let threads = rayon::current_num_threads();
         rows.push((
             "estimated time",
             format!(
-                "{}{earlier} ({:.0} M cell updates/s on {threads} threads)",
+                "{}{pours}{earlier} ({:.0} M cell updates/s on {threads} threads)",
                 duration(pace.step * numbers.plan.steps),
                 1e-6 * pace.updates
             ),

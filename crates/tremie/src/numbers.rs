@@ -31,7 +31,7 @@ const YEAR: f64 = 3.15e7;
 /// The numbers of a case.
 pub(crate) struct Numbers {
     pub(crate) plan: Plan,
-    /// Cells across the thinnest extent of all the fluid at the start.
+    /// Cells across the thinnest extent of all the fluid at the start, or of an inlet.
     pub(crate) cells_across: f64,
     /// The narrowest gap between solids, or a solid and a wall, at the start.
     gap: Option<Gap>,
@@ -64,6 +64,7 @@ impl Numbers {
             "cell_size_m": plan.scaling.cell_size,
             "cells": plan.cells,
             "wet_cells": plan.wet_cells.round(),
+            "inflow_m3": plan.inflow,
             "memory_bytes": plan.memory.round(),
             "time_step_s": plan.scaling.time_step,
             "steps": plan.steps,
@@ -85,9 +86,16 @@ impl Numbers {
     pub(crate) fn rows(&self) -> Vec<(&'static str, String)> {
         let plan = &self.plan;
         let rest = if self.stops_at_rest { ", fewer if the fluid comes to rest" } else { "" };
-        vec![
+        let mut rows = vec![
             ("cells", self.cells()),
             ("wet cells at the start", HumanCount(plan.wet_cells.round() as u64).to_string()),
+        ];
+        if plan.inflow > 0.0 {
+            let cells = plan.inflow / plan.scaling.cell_size.powi(3);
+            let litres = significant(1e3 * plan.inflow);
+            rows.push(("comes in", format!("{litres} litres, {} cells", HumanCount(cells.round() as u64))));
+        }
+        rows.extend([
             ("memory", format!("about {}", HumanBytes(plan.memory as u64))),
             ("time step", seconds(plan.scaling.time_step)),
             ("steps", format!("{} to {}{rest}", HumanCount(plan.steps as u64), seconds(self.stop_time))),
@@ -102,7 +110,8 @@ impl Numbers {
                 "Reynolds number",
                 format!("{}  (at {:.2} m/s)", significant(plan.reynolds), plan.reference_speed),
             ),
-        ]
+        ]);
+        rows
     }
 
     /// In two lines.
@@ -272,16 +281,18 @@ impl Numbers {
     }
 }
 
-/// Largest speed in m/s that the case itself gives to a wall or to fluid.
+/// Largest speed in m/s that the case itself gives to a wall, to fluid at the start, or to what comes in.
 fn fastest(case: &Case) -> f64 {
     let walls = case.domain.sides.iter().map(|side| match side {
         Side::Wall { velocity, .. } => velocity.length(),
-        Side::Symmetry | Side::Periodic => 0.0,
+        Side::Symmetry | Side::Periodic | Side::Open => 0.0,
     });
-    walls.chain(case.fluid.iter().map(|region| region.velocity.length())).fold(0.0, f64::max)
+    let inlets = case.inlets.iter().map(|inlet| inlet.flow_rate / inlet.face.area());
+    let fluid = case.fluid.iter().map(|region| region.velocity.length());
+    walls.chain(fluid).chain(inlets).fold(0.0, f64::max)
 }
 
-/// Smallest extent in m of all the fluid together within the domain; periodic axes do not count.
+/// Smallest extent in m of all the fluid together within the domain, and of each inlet; periodic axes do not count.
 fn thinnest(case: &Case) -> f64 {
     let extent = |axis: usize| {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -292,10 +303,10 @@ fn thinnest(case: &Case) -> f64 {
         }
         high - low
     };
-    (0..3)
-        .filter(|axis| case.domain.sides[2 * axis] != Side::Periodic)
-        .map(extent)
-        .fold(f64::INFINITY, f64::min)
+    let inlets = case.inlets.iter().map(|inlet| inlet.face.least_extent());
+    let confined =
+        (0..3).filter(|axis| case.domain.sides[2 * axis] != Side::Periodic && !case.fluid.is_empty());
+    confined.map(extent).chain(inlets).fold(f64::INFINITY, f64::min)
 }
 
 /// Name of the method, as in the case file.

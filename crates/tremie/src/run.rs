@@ -217,6 +217,11 @@ pub(crate) fn readings(summary: &Summary) -> Vec<(&'static str, String)> {
     }
     rows.push(("largest height", format!("{:.0} mm", 1e3 * readings.top)));
     rows.push(("volume", format!("{} litres", significant(1e3 * readings.volume))));
+    let passed = |volume: f64| format!("{} litres", significant(1e3 * volume));
+    if !readings.inflow.is_empty() {
+        rows.push(("came in", passed(readings.inflow.iter().sum())));
+    }
+    rows.extend(readings.outflow.map(|volume| ("left", passed(volume))));
     rows.push(("speed, 99th percentile", format!("{} mm/s", significant(1e3 * readings.speed_p99))));
     rows
 }

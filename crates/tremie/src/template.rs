@@ -30,7 +30,7 @@ macro_rules! template {
     };
 }
 
-const TEMPLATES: [Template; 7] = [
+const TEMPLATES: [Template; 10] = [
     template!("slump-flow", "a cone of concrete is let go and spreads on a plate (EN 12350-8)"),
     template!("l-box", "concrete flows under a gate and through bars along a channel (EN 12350-10)"),
     template!("planar-collapse", "a wall of concrete collapses when its forms are taken away (dam break)"),
@@ -38,6 +38,9 @@ const TEMPLATES: [Template; 7] = [
     template!("drop", "a ball of concrete falls on the floor"),
     template!("dam-break", "a column of water collapses when its gate vanishes (Martin and Moyce)"),
     template!("cavity", "a moving lid drags the fluid in a square trough round"),
+    template!("slab", "a slab is filled from a hose near its corner, in two batches (Svec)"),
+    template!("beam", "a beam of RILEM is cast from a hose (Svec)"),
+    template!("wall", "a wall with stiffeners is cast from a hose that rises with the concrete (Svec)"),
 ];
 
 #[derive(Debug, Args)]

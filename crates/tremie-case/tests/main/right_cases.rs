@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use tremie_case::*;
-use tremie_geometry::{Body, Motion, Shape, Waypoint};
+use tremie_geometry::{Body, Face, Motion, Outline, Shape, Waypoint};
 use tremie_numerics::{DVec2, DVec3};
 use tremie_rheology::{FlowCurve, Regularisation};
 
@@ -35,12 +35,16 @@ fn every_value_arrives_in_si_units() {
             FluidRegion {
                 shape: Shape::Cone { base: DVec3::ZERO, base_radius: 0.1, top_radius: 0.05, height: 0.3 },
                 velocity: DVec3::new(0.0, 0.0, -0.1),
+                batch: None,
             },
             FluidRegion {
                 shape: Shape::Cylinder { point: DVec3::ZERO, axis: DVec3::Y, radius: 0.005 },
                 velocity: DVec3::ZERO,
+                batch: None,
             },
         ],
+        inlets: Vec::new(),
+        outlets: Vec::new(),
         solids: Vec::new(),
         meshes: Vec::new(),
         files: Vec::new(),
@@ -184,6 +188,35 @@ surface = "free_slip"
     assert!(gate.body.signed_distance(DVec3::new(0.0, 0.0005, 0.005)) > 0.0);
     assert_eq!((&slope.motion, slope.surface), (&Motion::REST, Surface::FreeSlip));
     assert!((slope.body.signed_distance(DVec3::new(0.0, 0.0, 0.002)) - 0.0008).abs() < 1e-15);
+}
+
+#[test]
+fn fluid_comes_in_and_leaves() {
+    let start = SLUMP_FLOW.find("[[fluid]]").unwrap();
+    let end = SLUMP_FLOW.find("[lbm]").unwrap();
+    let pour = "[[inlet]]\n\
+        disc = { centre = [\"0.2 m\", \"0.2 m\", \"0.3 m\"], direction = [0, 0, -2], diameter = \"80 mm\" }\n\
+        flow_rate = \"0.5 l/s\"\nstop = \"10 s\"\nbatch = \"first\"\n\
+        [[inlet]]\n\
+        rectangle = { centre = [\"0 m\", \"0.2 m\", \"0.1 m\"], direction = [1, 0, 0], size = [\"60 mm\", \"0.1 m\"] }\n\
+        speed = \"0.1 m/s\"\nstart = \"10 s\"\nvolume = \"2 l\"\nbatch = \"second\"\n\
+        motion.uniform.velocity = [\"0 m/s\", \"0 m/s\", \"1 mm/s\"]\n\
+        [[outlet]]\nbox = { min = [\"0.4 m\", \"0 m\", \"0 m\"], max = [\"0.45 m\", \"1 m\", \"1 m\"] }\n";
+    let text = format!("{}{pour}{}", &SLUMP_FLOW[..start], &SLUMP_FLOW[end..]);
+    let case = Case::parse("pour.toml", &text.replace("x_max = \"wall\"", "x_max = \"open\"")).unwrap();
+    assert!(case.fluid.is_empty());
+    let centre = DVec3::new(0.2, 0.2, 0.3);
+    let disc = Face { centre, direction: DVec3::NEG_Z, outline: Outline::Disc { radius: 0.04 } };
+    let [first, second] = case.inlets.as_slice() else { panic!("two inlets") };
+    assert_eq!((first.face, &first.motion), (disc, &Motion::REST));
+    assert_eq!((first.flow_rate, first.start, first.stop), (0.5e-3, 0.0, 10.0));
+    assert_eq!(first.volume, f64::INFINITY);
+    assert_eq!(second.face.outline, Outline::Rectangle { size: [0.06, 0.1] });
+    assert!((second.flow_rate - 0.6e-3).abs() < 1e-15);
+    assert_eq!((second.start, second.stop, second.volume), (10.0, f64::INFINITY, 2e-3));
+    assert_eq!(case.outlets[0].min, DVec3::new(0.4, 0.0, 0.0));
+    assert_eq!(case.domain.sides[1], Side::Open);
+    assert_eq!(case.batches(), ["first", "second"]);
 }
 
 #[test]

@@ -112,7 +112,7 @@ const MISTAKES: &[Mistake] = &[
     mistake("\"lbm\"", "1", 2, 10, "expected \"lbm\""),
     mistake("\"lbm\"", "\"sph\"", 2, 10, "`method` cannot be \"sph\""),
     mistake("\"f64\"", "\"f16\"", 29, 13, "write \"f32\" or \"f64\""),
-    mistake("\"symmetry\"", "\"mirror\"", 15, 9, "write \"wall\", \"symmetry\" or \"periodic\""),
+    mistake("\"symmetry\"", "\"mirror\"", 15, 9, "write \"wall\", \"symmetry\", \"periodic\" or \"open\""),
     mistake("\"symmetry\"", "[]", 15, 9, "or { velocity = ["),
     mistake("max = [\"0.45 m\", ", "max = [", 12, 7, "is an array of 2 values"),
     mistake("[[fluid]]\ncylinder", "[fluid.x]\ny", 24, 8, "there is no key `x` in `fluid`"),
@@ -370,6 +370,55 @@ const WRONG_SOLIDS: &[(&str, usize, usize, &str)] = &[
     ),
 ];
 
+/// Wrong inlets, in the same way.
+const WRONG_INLETS: &[(&str, usize, usize, &str)] = &[
+    ("flow_rate = \"1 l/s\"", 1, 1, "`inlet` has no face"),
+    (DOWN, 1, 1, "add flow_rate = \"1 l/s\", say, or a speed"),
+    (
+        "disc = { centre = [\"0.1 m\", \"0.1 m\", \"0.2 m\"], direction = [0, 0, -1], diameter = \"80 mm\" }\n\
+         flow_rate = \"1 l/s\"\nspeed = \"1 m/s\"",
+        4,
+        9,
+        "keep only one of them",
+    ),
+    (
+        "disc = { centre = [\"0.1 m\", \"0.1 m\", \"0.2 m\"], direction = [0, 0, 0], diameter = \"80 mm\" }\nspeed = \"1 m/s\"",
+        2,
+        60,
+        "write [0, 0, -1] for downwards",
+    ),
+    (
+        "rectangle = { centre = [\"0.1 m\", \"0.1 m\", \"0.2 m\"], direction = [0, 0, 1], size = [\"80 mm\", \"9 mm\"] }\nspeed = \"1 m/s\"",
+        2,
+        83,
+        "write \"0.01 m\" at least",
+    ),
+    (
+        "disc = { centre = [\"2 m\", \"0.1 m\", \"0.2 m\"], direction = [0, 0, 1], diameter = \"80 mm\" }\nspeed = \"1 m/s\"",
+        1,
+        1,
+        "lies outside the domain from the start to the end",
+    ),
+    (
+        "disc = { centre = [\"0.1 m\", \"0.1 m\", \"0.2 m\"], direction = [0, 0, 1], diameter = \"80 mm\" }\nspeed = \"1 m/s\"\n\
+         start = \"2 s\"\nstop = \"1 s\"",
+        5,
+        8,
+        "write more than \"2 s\"",
+    ),
+    (
+        "disc = { centre = [\"0.1 m\", \"0.1 m\", \"0.2 m\"], direction = [0, 0, 1], diameter = \"80 mm\" }\nspeed = \"1 m/s\"\n\
+         start = \"1 h\"",
+        4,
+        9,
+        "the run ends before this inlet begins",
+    ),
+];
+
+/// An inlet that does not say how much comes in.
+const DOWN: &str =
+    "disc = { centre = [\"0.1 m\", \"0.1 m\", \"0.2 m\"], direction = [0, 0, -1], diameter = \"80 mm\" }";
+
 /// Wrong gauges and stop rules, each put after those of the slump flow (lines 35 and 40), and the words expected.
 const WRONG_GAUGES: &[(&str, &str, usize, &str)] = &[
     ("level = []", "", 36, "`gauges.level` is empty"),
@@ -434,10 +483,9 @@ fn wrong_gauges_are_told_at_their_place() {
     }
 }
 
-#[test]
-fn wrong_solids_are_told_at_their_place() {
-    for (solid, line, column, says) in WRONG_SOLIDS {
-        let error = refusal(&SLUMP_FLOW.replace("[lbm]", &format!("[[solid]]\n{solid}\n\n[lbm]")));
+fn each_is_told_at_its_place(table: &str, wrong: &[(&str, usize, usize, &str)]) {
+    for (lines, line, column, says) in wrong {
+        let error = refusal(&SLUMP_FLOW.replace("[lbm]", &format!("[[{table}]]\n{lines}\n\n[lbm]")));
         let message = error.to_string();
         let place = format!("slump_flow.toml:{}:{column}\n", line + 26);
         assert!(
@@ -445,6 +493,23 @@ fn wrong_solids_are_told_at_their_place() {
             "expected {place}{says}\nbut got\n{message}"
         );
     }
+}
+
+#[test]
+fn wrong_inlets_and_outlets_are_told_at_their_place() {
+    each_is_told_at_its_place("inlet", WRONG_INLETS);
+    let outside = "box = { min = [\"2 m\", \"0 m\", \"0 m\"], max = [\"3 m\", \"1 m\", \"1 m\"] }";
+    each_is_told_at_its_place("outlet", &[(outside, 2, 7, "this outlet lies outside the domain")]);
+    let flat = "box = { min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"3 m\", \"0 m\", \"1 m\"] }";
+    each_is_told_at_its_place("outlet", &[(flat, 2, 52, "the largest y must be larger")]);
+    let simple = SLUMP_FLOW.replace("x_max = \"wall\"", "x_max = \"open\"");
+    let message = refusal(&simple.replace("cell_size =", "collision = \"trt\"\ncell_size =")).to_string();
+    assert!(message.contains("only the program's own scheme knows outlets and open sides"), "{message}");
+}
+
+#[test]
+fn wrong_solids_are_told_at_their_place() {
+    each_is_told_at_its_place("solid", WRONG_SOLIDS);
     // What is suggested is accepted.
     let (thin, ..) = WRONG_SOLIDS.iter().find(|(solid, ..)| solid.starts_with("cone_shell")).unwrap();
     let better = thin.replace("1.5 mm", "0.0051 m");

@@ -179,6 +179,8 @@ impl<const Q: usize> Dense<Q> {
                         at[axis]
                     }
                     Side::Periodic => (x + n) as usize % n as usize,
+                    // Of open sides these schemes know nothing: a case with one is refused.
+                    Side::Open => return From::Wall([0.0; 3]),
                 }
             };
         }
@@ -374,12 +376,19 @@ impl<const Q: usize> Simulation for Dense<Q> {
             velocity: all.clone().map(velocity).collect(),
             shear_rate: of(&|seen| seen.shear_rate / self.scaling.time_step),
             stress: of(&|seen| seen.stress * stress),
+            batches: Vec::new(),
             solid: vec![0; self.kinds.len()],
             density: self.scaling.density,
             domain: [self.case.domain.min, self.case.domain.max],
             symmetry: [0, 1, 2].map(|a| [symmetric(2 * a), symmetric(2 * a + 1)]),
         };
-        Snapshot { time: self.time(), fluid: Fluid::Cells(cells), solids: Vec::new() }
+        Snapshot {
+            time: self.time(),
+            fluid: Fluid::Cells(cells),
+            solids: Vec::new(),
+            inflow: Vec::new(),
+            outflow: None,
+        }
     }
 
     fn load(&self) -> Load {

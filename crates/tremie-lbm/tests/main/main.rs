@@ -1,9 +1,11 @@
 //! The lattice Boltzmann method as a whole, through its door: what must hold whatever the case.
 
 mod adaptive;
+mod batches;
 mod conservation;
 mod friction;
 mod invariance;
+mod pour;
 mod rest;
 mod solids;
 mod textbook;

@@ -256,18 +256,32 @@ pub(super) fn draw_colour_bar(canvas: &mut Canvas, area: Area, scale: Scale, pal
     }
 }
 
-/// Colours of two classes: pale for the one that matters less.
-pub(super) const CLASSES: [Colour; 2] = [[221, 221, 221], [33, 145, 140]];
+/// Colours of classes: pale for the first, which matters least, then such as the colour-blind can tell apart (Okabe and Ito 2008).
+const CLASSES: [Colour; 8] = [
+    [221, 221, 221],
+    [33, 145, 140],
+    [230, 159, 0],
+    [0, 114, 178],
+    [213, 94, 0],
+    [204, 121, 167],
+    [240, 228, 66],
+    [86, 180, 233],
+];
 
-/// The colours of two classes with their names, where a colour bar would stand.
-pub(super) fn draw_classes(canvas: &mut Canvas, bar: Area, names: [&str; 2]) {
+/// The colour of a class; from the last on they come again, but for the pale one.
+pub(super) fn class_colour(number: usize) -> Colour {
+    CLASSES[if number < CLASSES.len() { number } else { 1 + (number - 1) % (CLASSES.len() - 1) }]
+}
+
+/// The colours of classes with their names, where a colour bar would stand.
+pub(super) fn draw_classes(canvas: &mut Canvas, bar: Area, names: &[&str]) {
     const SIZE: f64 = 24.0;
     const GAP: f64 = 12.0;
     let standing = bar.height > bar.width;
     let [mut x, mut y] = [bar.left, bar.top];
-    for (name, colour) in names.into_iter().zip(CLASSES) {
+    for (number, name) in names.iter().enumerate() {
         let swatch = Area { left: x, top: y, width: SIZE, height: SIZE };
-        canvas.fill(swatch, colour, 1.0);
+        canvas.fill(swatch, class_colour(number), 1.0);
         canvas.frame(swatch, FRAME);
         canvas.text(name, [x + SIZE + GAP, y + 0.5 * SIZE], [0.0, 0.5], LABEL, INK);
         if standing {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use super::axes::{Axes, CLASSES, Scale, TICK, draw_classes, draw_colour_bar};
+use super::axes::{Axes, Scale, TICK, class_colour, draw_classes, draw_colour_bar};
 use super::canvas::{Area, Canvas, Colour, INK, Lettering, Pen, mix};
 use super::{Grid, Palette, Picture};
 use crate::Error;
@@ -58,8 +58,9 @@ pub struct Cut<'a> {
     pub range: Option<[f64; 2]>,
     /// Colours.
     pub palette: Palette,
-    /// Names of two classes, of values below and from one half: they are then shown in two colours instead of a scale.
-    pub classes: Option<[&'a str; 2]>,
+    /// Names of classes, shown in colours of their own instead of a scale. Of two, the second has values from one half on; of more,
+    /// the value is the number of the class, from 0.
+    pub classes: Option<&'a [&'a str]>,
     /// Whether the lower face is a floor.
     pub floor: bool,
 }
@@ -144,7 +145,8 @@ impl Cut<'_> {
             let edge = edge_distance(&self.grid, &smooth_fill, point, pixel)?;
             let (value, _) = self.grid.sample(&values, point);
             let colour = match self.classes {
-                Some(_) => CLASSES[usize::from(value >= 0.5)],
+                Some([_, _]) => class_colour(usize::from(value >= 0.5)),
+                Some(_) => class_colour(self.values[self.grid.nearest(point)] as usize),
                 None => self.palette.at(scale.position(value)),
             };
             Some(outlined(colour, edge))
@@ -355,7 +357,7 @@ mod tests {
                 fill: Some(&fill),
                 range: None,
                 palette: Palette::Magma,
-                classes: (cells[0] > 100).then_some(["below", "above"]),
+                classes: (cells[0] > 100).then_some(&["below", "above"]),
                 floor: true,
             };
             let picture = cut.draw().unwrap();

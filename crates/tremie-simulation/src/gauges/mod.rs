@@ -78,6 +78,10 @@ pub struct Readings {
     pub lights: Vec<(String, f64)>,
     /// Name of each solid of the case, and force and moment on it and its mirror images.
     pub solids: Vec<(String, SolidLoad)>,
+    /// Volume in m3 that has come in since the start, by inlet.
+    pub inflow: Vec<f64>,
+    /// Volume in m3 that has left since the start; none where nothing can leave.
+    pub outflow: Option<f64>,
 }
 
 impl Readings {
@@ -116,6 +120,10 @@ impl Readings {
             let values = [load.force, load.moment].map(|v| v.to_array()).concat();
             columns.extend(load_columns(name).into_iter().zip(values));
         }
+        for (n, inflow) in self.inflow.iter().enumerate() {
+            columns.push((inflow_column(n), *inflow));
+        }
+        columns.extend(self.outflow.map(|outflow| (OUTFLOW.to_owned(), outflow)));
         columns
     }
 
@@ -163,6 +171,8 @@ impl Readings {
             fronts: gauges.fronts.iter().map(|g| one(&g.name, front_column)).collect::<Option<_>>()?,
             lights: gauges.lights.iter().map(|g| one(&g.name, light_column)).collect::<Option<_>>()?,
             solids: gauges.solids.iter().map(load).collect::<Option<_>>()?,
+            inflow: (0..).map_while(|n| value(&inflow_column(n))).collect(),
+            outflow: value(OUTFLOW),
         })
     }
 }
@@ -187,6 +197,14 @@ fn load_columns(name: &str) -> [String; 6] {
     ["force_x_N", "force_y_N", "force_z_N", "moment_x_Nm", "moment_y_Nm", "moment_z_Nm"]
         .map(|what| format!("{name}_{what}"))
 }
+
+/// Name of the volume that has come in by the inlet number `n`; in the case file the first is number 1.
+fn inflow_column(n: usize) -> String {
+    format!("inlet{}_inflow_m3", n + 1)
+}
+
+/// Name of the volume that has left.
+const OUTFLOW: &str = "outflow_m3";
 
 /// The load on a solid and its mirror images beyond symmetry planes.
 fn whole_load(load: SolidLoad, cells: &Cells) -> SolidLoad {
@@ -273,6 +291,8 @@ impl Gauges {
             fronts: self.fronts.iter().map(|g| (g.name.clone(), front::measure(cells, g))).collect(),
             lights: self.lights.iter().map(|g| (g.name.clone(), g.measure(cells, snapshot.time))).collect(),
             solids: names.zip(snapshot.solids.iter().map(|load| whole_load(*load, cells))).collect(),
+            inflow: snapshot.inflow.iter().map(|volume| volume * cells.copies()).collect(),
+            outflow: snapshot.outflow.map(|volume| volume * cells.copies()),
         }
     }
 }
@@ -410,7 +430,13 @@ mod tests {
             spread: Some(SpreadGauge { centre: DVec2::ZERO }),
             ..Gauges::default()
         };
-        let mut snapshot = Snapshot { time: 0.5, fluid: Fluid::Cells(cells), solids: Vec::new() };
+        let mut snapshot = Snapshot {
+            time: 0.5,
+            fluid: Fluid::Cells(cells),
+            solids: Vec::new(),
+            inflow: Vec::new(),
+            outflow: None,
+        };
         let readings = gauges.measure(&snapshot);
         let volume = 0.4 * 0.2 * 0.255;
         assert!(close(readings.volume, volume + 4.0 * 0.01e-6, 1e-12));
@@ -454,8 +480,13 @@ mod tests {
     fn no_fluid_reads_zero() {
         let gauges = Gauges::default();
         let cells = Cells { size: 0.1, domain: [DVec3::ZERO, DVec3::ONE], ..Cells::default() };
-        let readings =
-            gauges.measure(&Snapshot { time: 0.0, fluid: Fluid::Cells(cells), solids: Vec::new() });
+        let readings = gauges.measure(&Snapshot {
+            time: 0.0,
+            fluid: Fluid::Cells(cells),
+            solids: Vec::new(),
+            inflow: Vec::new(),
+            outflow: None,
+        });
         assert!(readings.columns().iter().all(|(_, value)| *value == 0.0), "{readings:?}");
     }
 

@@ -49,7 +49,9 @@ pub(super) fn last_state(evidence: &Evidence) -> anyhow::Result<Vec<Figure>> {
         "The surface from above",
         "Height of the surface, from above.",
     )?];
-    for (quantity, name, caption) in [
+    let batch = (Quantity::Batch, "Batches", "The batch that there is most of, in a vertical cut.");
+    let batch = (!cells.batches.is_empty()).then_some(batch);
+    let always = [
         (Quantity::Speed, "Speed", "Speed in a vertical cut."),
         (Quantity::Pressure, "Pressure", "Pressure above that of the air in a vertical cut."),
         (
@@ -62,7 +64,8 @@ pub(super) fn last_state(evidence: &Evidence) -> anyhow::Result<Vec<Figure>> {
             "Yielded",
             "Where the fluid flows, and where the stress is below the yield stress.",
         ),
-    ] {
+    ];
+    for (quantity, name, caption) in always.into_iter().chain(batch) {
         let picture =
             pictures::cut(cells, case, quantity, Frame::Fluid, &format!("{name}, t = {time:.2} s"))?;
         figures.push(shown(&picture, &format!("{name} in a cut"), caption)?);

@@ -1,0 +1,376 @@
+//! Quantities that the fluid carries along, such as the share of a batch in it.
+//!
+//! Each cell holds an amount A of each quantity beside the mass M that carries it; the value is A/M. In a step the mass F that passes each link, the
+//! same that `transport` moves (positive into the cell), takes with it the value at the middle of the link,
+//!
+//! ```text
+//!     A += sum over links of F v        v = v_donor + 1/2 c . slope_donor, and between the values of donor and taker
+//! ```
+//!
+//! with slopes limited along each axis (monotonised central differences, van Leer 1977), so that nothing is spread by more than
+//! a second-order error and no value leaves the range of those around. What one cell gains the other loses, to the bit. Mass that cells hand to each
+//! other when they convert takes its value with it. All other mass, what rounding took or a wall gave back, has the value of the
+//! cell that it comes to.
+
+use rayon::prelude::*;
+
+use crate::grid::{Grid, Kinds};
+use crate::lanes::{LANES, Lanes};
+use crate::lattice::{C, Q, opposite};
+use crate::real::Real;
+use crate::rows::Rows;
+use crate::source::{Shapes, Source};
+use crate::surface::Cell;
+use crate::topology::{CELLS, EDGE, Links, OUTSIDE, ROWS};
+use crate::transport::fluxes;
+
+/// Mass in cells below which a cell keeps its values: amounts so small tell none.
+const LEAST: f64 = 1e-6;
+/// The range of all values.
+const RANGE: [f64; 2] = [0.0, 1.0];
+
+/// What a block carries; quantity q of a cell is at `q CELLS + cell`.
+#[derive(Debug, Clone, Default, PartialEq)]
+struct Block {
+    /// The mass, then each quantity.
+    amounts: Vec<f64>,
+    values: Vec<f64>,
+    /// Along x, y and z, for each quantity, per cell.
+    slopes: Vec<f64>,
+    /// The values of all its fluid, if they are the same everywhere.
+    same: Option<Vec<f64>>,
+}
+
+/// What all blocks carry.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Carried {
+    /// Number of quantities.
+    count: usize,
+    /// By slot.
+    blocks: Vec<Block>,
+    /// Values of what each inlet brings.
+    inflow: Vec<Vec<f64>>,
+}
+
+/// The slope between two differences: their mean, but no more than twice either, and none if they point apart.
+fn limited(a: f64, b: f64) -> f64 {
+    if a * b <= 0.0 { 0.0 } else { (0.5 * (a + b).abs()).min(2.0 * a.abs().min(b.abs())).copysign(a) }
+}
+
+impl Carried {
+    /// So many quantities; `inflow` are their values in what each inlet brings.
+    pub(crate) fn new(count: usize, inflow: Vec<Vec<f64>>) -> Self {
+        Self { count, blocks: Vec::new(), inflow }
+    }
+
+    /// Without any fluid.
+    pub(crate) fn emptied(&self) -> Self {
+        Self { blocks: Vec::new(), ..self.clone() }
+    }
+
+    /// Whether anything is carried.
+    pub(crate) fn any(&self) -> bool {
+        self.count > 0
+    }
+
+    /// Appends a slot.
+    pub(crate) fn push(&mut self) {
+        let zeros = |n: usize| if self.count == 0 { Vec::new() } else { vec![0.0; n * CELLS] };
+        let block = Block {
+            amounts: zeros(self.count + 1),
+            values: zeros(self.count),
+            slopes: zeros(3 * self.count),
+            same: None,
+        };
+        self.blocks.push(block);
+    }
+
+    /// Memory in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        self.blocks.len() * if self.any() { (5 * self.count + 1) * CELLS * size_of::<f64>() } else { 0 }
+    }
+
+    /// Value of a quantity in a cell.
+    pub(crate) fn value(&self, (slot, cell): Cell, quantity: usize) -> f64 {
+        self.blocks[slot].values[quantity * CELLS + cell]
+    }
+
+    fn mass(&self, (slot, cell): Cell) -> f64 {
+        self.blocks[slot].amounts[cell]
+    }
+
+    /// Gives a cell that holds nothing its values.
+    fn begin(&mut self, (slot, cell): Cell, values: &[f64]) {
+        let block = &mut self.blocks[slot];
+        block.amounts[cell] = 0.0;
+        for (q, value) in values.iter().enumerate() {
+            block.amounts[(q + 1) * CELLS + cell] = 0.0;
+            block.values[q * CELLS + cell] = *value;
+        }
+    }
+
+    /// Takes along what belongs to the mass that a cell gives to each of others, or gets from them if it is negative; all that there is if the
+    /// giver is no longer `alive`.
+    pub(crate) fn hand_out(&mut self, from: Cell, takers: &[Cell], share: f64, alive: bool) {
+        for q in 0..=self.count {
+            for &to in takers {
+                let donor = if share > 0.0 { from } else { to };
+                let amount = match (alive, q) {
+                    (false, _) => self.blocks[from.0].amounts[q * CELLS + from.1] / takers.len() as f64,
+                    (true, 0) => share,
+                    (true, _) => share * self.value(donor, q - 1),
+                };
+                self.blocks[to.0].amounts[q * CELLS + to.1] += amount;
+                if alive {
+                    self.blocks[from.0].amounts[q * CELLS + from.1] -= amount;
+                }
+            }
+        }
+    }
+
+    /// Amounts and values of the cells of a block for which `wet` holds; zero elsewhere.
+    pub(crate) fn saved(&self, slot: usize, wet: impl Fn(usize) -> bool) -> Vec<f64> {
+        let Block { amounts, values, .. } = &self.blocks[slot];
+        let all = amounts.iter().chain(values).enumerate();
+        all.map(|(n, value)| if wet(n % CELLS) { *value } else { 0.0 }).collect()
+    }
+
+    /// Numbers that [`Carried::saved`] gives for a block.
+    pub(crate) fn per_block(&self) -> usize {
+        if self.any() { (2 * self.count + 1) * CELLS } else { 0 }
+    }
+
+    /// Puts back what was saved of a block.
+    pub(crate) fn load(&mut self, slot: usize, saved: &[f64]) {
+        let block = &mut self.blocks[slot];
+        let (amounts, values) = saved.split_at(block.amounts.len());
+        block.amounts.copy_from_slice(amounts);
+        block.values.copy_from_slice(values);
+    }
+}
+
+/// Value that goes over the link along `c` from a donor, whose slopes a mirror between may have turned round, to a taker.
+fn between(blocks: &[Block], donor: Cell, flip: u8, c: [i32; 3], taker: Cell, q: usize) -> f64 {
+    let value = |(slot, cell): Cell| blocks[slot].values[q * CELLS + cell];
+    let (one, other) = (value(donor), value(taker));
+    // So it is in most places.
+    if one == other {
+        return one;
+    }
+    let mut middle = one;
+    for a in 0..3 {
+        let turned = if flip >> a & 1 == 1 { -c[a] } else { c[a] };
+        if turned != 0 {
+            middle += 0.5 * f64::from(turned) * blocks[donor.0].slopes[(3 * q + a) * CELLS + donor.1];
+        }
+    }
+    middle.clamp(one.min(other), one.max(other))
+}
+
+/// The values of all the fluid in a block, if they are the same everywhere.
+fn same_values(values: &[f64], kinds: &[Kinds; ROWS]) -> Option<Vec<f64>> {
+    let wet = |cell: &usize| kinds[cell / EDGE].wet() >> (cell % EDGE) & 1 == 1;
+    let of = |cell: usize| values.iter().skip(cell).step_by(CELLS);
+    let first = (0..CELLS).find(wet)?;
+    (first..CELLS).filter(wet).all(|cell| of(cell).eq(of(first))).then(|| of(first).copied().collect())
+}
+
+/// Slopes of all values of a block.
+fn find_slopes(blocks: &[Block], kinds: &[[Kinds; ROWS]], links: &Links, slot: usize, slopes: &mut [f64]) {
+    let count = slopes.len() / CELLS / 3;
+    for cell in 0..CELLS {
+        if kinds[slot][cell / EDGE].wet() >> (cell % EDGE) & 1 == 0 {
+            continue;
+        }
+        for a in 0..3 {
+            let beside = |sign: i32| {
+                let mut c = [0; 3];
+                c[a] = sign;
+                let (slot, cell, _) = links.cell(cell, c);
+                let wet = kinds[slot as usize][cell / EDGE].wet() >> (cell % EDGE) & 1 == 1;
+                wet.then_some((slot as usize, cell))
+            };
+            let ends = (beside(-1), beside(1));
+            for q in 0..count {
+                let value = |(slot, cell): Cell| blocks[slot].values[q * CELLS + cell];
+                slopes[(3 * q + a) * CELLS + cell] = match ends {
+                    (Some(low), Some(high)) => {
+                        let here = value((slot, cell));
+                        limited(here - value(low), value(high) - here)
+                    }
+                    _ => 0.0,
+                };
+            }
+        }
+    }
+}
+
+impl<T: Real> Grid<T> {
+    /// Carries everything along with the mass that the last step moved, and with what came in; that step has left the populations that it
+    /// read in `back`, and cells have not been converted yet.
+    pub(crate) fn carry(&mut self, rows: &[Rows], poured: &[(Cell, usize, f64)]) {
+        if !self.carried.any() {
+            return;
+        }
+        let Self { topology, solids, inlets, links, kinds, back, shape, carried, .. } = self;
+        let count = carried.count;
+        carried.blocks.par_iter_mut().zip(&*kinds).skip(2).for_each(|(block, kinds)| {
+            block.same = same_values(&block.values, kinds);
+        });
+        // Most blocks hold one batch only, and so do those around: all that moves has its values.
+        let blocks = &carried.blocks;
+        let uniform: Vec<bool> = (0..blocks.len())
+            .map(|slot| {
+                let same = &blocks[slot].same;
+                let beside = links[slot].slots.iter().map(|slot| *slot as usize);
+                let mut wet = beside.filter(|slot| rows.get(*slot).is_some_and(|rows| !rows.is_empty()));
+                same.is_some() && wet.all(|slot| blocks[slot].same == *same)
+            })
+            .collect();
+        let mut slopes: Vec<Vec<f64>> =
+            carried.blocks.iter_mut().map(|block| std::mem::take(&mut block.slopes)).collect();
+        slopes.par_iter_mut().enumerate().skip(2).for_each(|(slot, slopes)| {
+            if !uniform[slot] && rows.get(slot).is_some_and(|rows| !rows.is_empty()) {
+                find_slopes(&carried.blocks, kinds, &links[slot], slot, slopes);
+            }
+        });
+        let mut amounts = Vec::with_capacity(carried.blocks.len());
+        for (block, slopes) in carried.blocks.iter_mut().zip(slopes) {
+            block.slopes = slopes;
+            amounts.push(std::mem::take(&mut block.amounts));
+        }
+        let blocks = &carried.blocks;
+        amounts.par_iter_mut().zip(rows).enumerate().skip(2).for_each(|(slot, (amounts, rows))| {
+            if rows.is_empty() {
+                return;
+            }
+            let links = &links[slot];
+            let source = Source::new(topology, solids, inlets, links, back, slot);
+            let surface = Shapes::new(links, shape, slot);
+            let same = blocks[slot].same.as_ref().filter(|_| uniform[slot]);
+            let mut pass = |first: usize, lanes: u8, i: usize, flux: Lanes<T>| {
+                for k in (0..LANES).filter(|k| lanes >> k & 1 == 1) {
+                    let flux = flux.0[k].to_f64();
+                    if flux == 0.0 {
+                        continue;
+                    }
+                    if let Some(same) = same {
+                        amounts[first + k] += flux;
+                        for (q, value) in same.iter().enumerate() {
+                            amounts[(q + 1) * CELLS + first + k] += flux * value;
+                        }
+                        continue;
+                    }
+                    let here = (slot, first + k);
+                    let (there, at, flip) = links.cell(here.1, C[i].map(|c| -c));
+                    let there = (there as usize, at);
+                    amounts[here.1] += flux;
+                    for q in 0..count {
+                        let value = if flux > 0.0 {
+                            between(blocks, there, flip, C[i], here, q)
+                        } else {
+                            between(blocks, here, 0, C[i].map(|c| -c), there, q)
+                        };
+                        amounts[(q + 1) * CELLS + here.1] += flux * value;
+                    }
+                }
+            };
+            for row in &rows.bulk {
+                let first = usize::from(row.row) * LANES;
+                let f = source.arriving(&row.beside);
+                for i in 1..Q {
+                    pass(first, 0xff, i, f[i] - source.own(opposite(i), first));
+                }
+            }
+            for row in &rows.surface {
+                let first = usize::from(row.row) * LANES;
+                let f = source.arriving(&row.beside);
+                for i in 1..Q {
+                    // Beside liquid there is liquid, interface or solid.
+                    let lanes = row.kinds.liquid & !row.solid[i];
+                    pass(first, lanes, i, f[i] - source.own(opposite(i), first));
+                }
+                if row.kinds.interface != 0 {
+                    fluxes(&source, &surface, row, &f, |i, flux| pass(first, row.kinds.interface, i, flux));
+                }
+            }
+        });
+        for (block, amounts) in carried.blocks.iter_mut().zip(amounts) {
+            block.amounts = amounts;
+        }
+        for &((slot, cell), inlet, mass) in poured {
+            let block = &mut carried.blocks[slot];
+            block.amounts[cell] += mass;
+            for (q, value) in carried.inflow[inlet].iter().enumerate() {
+                block.amounts[(q + 1) * CELLS + cell] += mass * value;
+            }
+        }
+    }
+
+    /// Finds the values from the amounts, for the masses that the cells have by now.
+    pub(crate) fn find_values(&mut self) {
+        if !self.carried.any() {
+            return;
+        }
+        let mut blocks = std::mem::take(&mut self.carried.blocks);
+        blocks.par_iter_mut().enumerate().skip(2).for_each(|(slot, block)| {
+            let Block { amounts, values, .. } = block;
+            for cell in 0..CELLS {
+                let liquid = self.is_liquid((slot, cell));
+                if !self.used[slot] || !(liquid || self.is_interface((slot, cell))) {
+                    continue;
+                }
+                let mass = if liquid { self.liquid_mass((slot, cell)) } else { self.mass[slot][cell] };
+                let carried = amounts[cell];
+                for q in 0..self.carried.count {
+                    let (amount, value) =
+                        (&mut amounts[(q + 1) * CELLS + cell], &mut values[q * CELLS + cell]);
+                    if carried > LEAST {
+                        *value = (*amount / carried).clamp(RANGE[0], RANGE[1]);
+                    }
+                    *amount += (mass - carried) * *value;
+                }
+                amounts[cell] = mass;
+            }
+        });
+        self.carried.blocks = blocks;
+    }
+
+    /// Gives the fluid of the first state its values.
+    pub(crate) fn begin_carried(&mut self, values: impl Fn([usize; 3]) -> Vec<f64>) {
+        if !self.carried.any() {
+            return;
+        }
+        for slot in self.slots().collect::<Vec<_>>() {
+            for cell in 0..CELLS {
+                let values = values(self.links[slot].coordinates(cell));
+                self.carried.begin((slot, cell), &values);
+            }
+        }
+        self.find_values();
+    }
+
+    /// Gives a cell that has just become wet the mean values of the fluid beside it.
+    pub(crate) fn begin_values(&mut self, cell: Cell) {
+        let mut sums = vec![0.0; self.carried.count];
+        let mut all = 0.0;
+        for (beside, _) in self.around(cell) {
+            if beside.0 > OUTSIDE as usize && (self.is_liquid(beside) || self.is_interface(beside)) {
+                let mass = self.carried.mass(beside).max(0.0);
+                all += mass;
+                for (q, sum) in sums.iter_mut().enumerate() {
+                    *sum += mass * self.carried.value(beside, q);
+                }
+            }
+        }
+        let values: Vec<f64> = sums.iter().map(|sum| if all > 0.0 { sum / all } else { 0.0 }).collect();
+        self.carried.begin(cell, &values);
+    }
+
+    /// Amount of a quantity in all fluid.
+    pub(crate) fn carried_amount(&self, quantity: usize) -> f64 {
+        let blocks = self.slots().flat_map(|slot| (0..CELLS).map(move |cell| (slot, cell)));
+        let wet = blocks.filter(|cell| self.is_liquid(*cell) || self.is_interface(*cell));
+        wet.map(|(slot, cell)| self.carried.blocks[slot].amounts[(quantity + 1) * CELLS + cell]).sum()
+    }
+}
