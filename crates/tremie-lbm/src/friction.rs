@@ -88,12 +88,9 @@ impl Friction {
 
 impl<T: Real> Source<'_, T> {
     /// Cells of a row at flat walls along which they slide with friction, for each face; none in most rows.
-    pub(crate) fn rubbing(&self, row: &SurfaceRow, contacts: &Contacts) -> [Rubbing; 6] {
+    fn rubbing(&self, row: &SurfaceRow, contacts: &Contacts) -> [Rubbing; 6] {
         let mut rubbing = [Rubbing::default(); 6];
         let immersed = bits(|k| self.friction(&contacts[k]).is_some());
-        if immersed == 0 && !self.topology.rubs() {
-            return rubbing;
-        }
         for (face, (axis, normal)) in FACES.into_iter().enumerate() {
             // The velocity from the wall, and whose wall it is.
             let i = 2 * axis + if normal == 1 { 1 } else { 2 };
@@ -121,24 +118,25 @@ impl<T: Real> Source<'_, T> {
         contact.and_then(|contact| self.solids.friction(contact.solid))
     }
 
-    /// Lets the cells at flat walls with friction slide.
+    /// Lets the cells at flat walls with friction slide; adds them to `slides`, for each face.
     #[inline(never)]
     pub(crate) fn slide_at_walls<R: Law<T>>(
         &self,
         row: &SurfaceRow,
-        rubbing: &[Rubbing; 6],
         contacts: &Contacts,
         physics: &Physics<T, R>,
         held: Held<Lanes<T>>,
         f: &mut Populations<T>,
+        slides: &mut [u8; 6],
     ) {
         let first = (usize::from(row.row) & (ROWS - 1)) * LANES;
-        for (face, Rubbing { along, side }) in rubbing.iter().enumerate() {
+        for (face, Rubbing { along, side }) in self.rubbing(row, contacts).into_iter().enumerate() {
             let cells = along[0] | along[1];
+            slides[face] |= cells;
             let (axis, normal) = FACES[face];
             let away = 2 * axis + if normal == 1 { 1 } else { 2 };
             for k in (0..LANES).filter(|k| cells >> k & 1 == 1) {
-                let Some(friction) = self.friction(&contacts[k]).or(*side) else { continue };
+                let Some(friction) = self.friction(&contacts[k]).or(side) else { continue };
                 let sign = T::from_f64(-f64::from(normal));
                 let leaving: [T; Q] = std::array::from_fn(|i| self.own[(i, first + k)]);
                 let slides = |stress: T| friction.speed(stress, &physics.law);

@@ -223,6 +223,11 @@ impl Solids {
         self.bodies[n].friction
     }
 
+    /// Whether the fluid slides with friction along any.
+    pub(crate) fn rub(&self) -> bool {
+        self.bodies.iter().any(|body| body.friction.is_some())
+    }
+
     /// Whether the fluid slides along any.
     pub(crate) fn any_slide(&self) -> bool {
         self.bodies.iter().any(|body| body.solid.surface != Surface::NoSlip)

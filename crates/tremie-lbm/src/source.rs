@@ -94,6 +94,8 @@ pub(crate) struct Source<'a, T: Real> {
     populations: Surroundings<'a, T, Q>,
     /// Whether rows look into mirrors anywhere, or end elsewhere than in most blocks.
     special: bool,
+    /// Whether the fluid slides with friction along anything.
+    pub(crate) rubs: bool,
 }
 
 impl<'a, T: Real> Source<'a, T> {
@@ -108,7 +110,8 @@ impl<'a, T: Real> Source<'a, T> {
         let populations = Surroundings::new(links, front, slot);
         let mirrors = links.steps.iter().flatten().any(|step| step.flip != 0);
         let special = mirrors || !populations.regular;
-        Self { topology, solids, inlets, links, slot, own: populations.own, populations, special }
+        let rubs = topology.rubs() || solids.rub();
+        Self { topology, solids, inlets, links, slot, own: populations.own, populations, special, rubs }
     }
 
     /// Populations arriving in a row from the cells around it, whatever these are.

@@ -253,13 +253,12 @@ impl<'a, T: Real> Source<'a, T> {
                 *f = f.only(wet);
             }
         }
-        let rubbing = self.rubbing(row, &contacts);
-        let rubs = rubbing.map(|rubbing| rubbing.along[0] | rubbing.along[1]);
-        if !Relaxation::<T>::is_newtonian(&physics.law) {
-            self.yield_at_walls(row, physics, held.into(), rubs.map(|rubs| rubs | slides), f);
+        let mut slides = [slides; 6];
+        if self.rubs {
+            self.slide_at_walls(row, &contacts, physics, held.into(), f, &mut slides);
         }
-        if rubs != [0; 6] {
-            self.slide_at_walls(row, &rubbing, &contacts, physics, held.into(), f);
+        if !Relaxation::<T>::is_newtonian(&physics.law) {
+            self.yield_at_walls(row, physics, held.into(), slides, f);
         }
         if row.any_immersed != 0 && !exchange.loads.is_empty() {
             self.load_solids(row, first, &contacts, f, &mut exchange.loads);
