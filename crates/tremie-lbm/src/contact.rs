@@ -118,7 +118,7 @@ impl<T: Real> Source<'_, T> {
                     density,
                     interface,
                     self.solids.air,
-                    |stress| friction.map(|f| f.speed(T::from_f64(stress), &physics.law).to_f64()),
+                    friction.map(|f| move |stress| f.speed(T::from_f64(stress), &physics.law).to_f64()),
                     links().map(|i| (i, leaving[opposite(i)])),
                 );
             }
@@ -188,7 +188,7 @@ fn sliding(
     density: f64,
     interface: bool,
     air: bool,
-    friction: impl Fn(f64) -> Option<f64>,
+    friction: Option<impl Fn(f64) -> f64>,
     links: impl Iterator<Item = (usize, f64)>,
 ) -> DVec3 {
     let n = contact.normal;
@@ -221,15 +221,10 @@ fn sliding(
     aside += outer(n);
     let free = wall - across(aside.inverse() * across(traction - pressure * area));
     // Over the way from sticking to sliding freely the wall stress falls to nothing.
-    let stuck = across(contact.velocity);
-    let way = across(free) - stuck;
+    let way = across(free - contact.velocity);
     let most = way.length();
-    let borne = way.normalize_or_zero().dot(aside * way) * AREA / facing.max(LEAST_FACING);
-    match friction(borne) {
-        None => free,
-        Some(_) => {
-            let excess = |v: f64| v - friction(borne * (1.0 - v / most)).unwrap_or(v);
-            free - way * (1.0 - root(excess, 0.0, most) / most.max(f64::MIN_POSITIVE))
-        }
-    }
+    let Some(speed) = friction.filter(|_| most > 0.0) else { return free };
+    let borne = (way / most).dot(aside * way) * AREA / facing.max(LEAST_FACING);
+    let slid = root(|v| v - speed(borne * (1.0 - v / most)), 0.0, most);
+    free - way * (1.0 - slid / most)
 }

@@ -54,9 +54,9 @@ pub(crate) enum Friction {
 
 /// The cells of a row that rub along a flat wall.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Rubbing {
+struct Rubbing {
     /// Those that slide along each of the two tangents.
-    pub(crate) along: [u8; 2],
+    along: [u8; 2],
     /// Friction of the side of the domain there.
     side: Option<Friction>,
 }
@@ -139,7 +139,7 @@ impl<T: Real> Source<'_, T> {
                 let Some(friction) = self.friction(&contacts[k]).or(side) else { continue };
                 let sign = T::from_f64(-f64::from(normal));
                 let leaving: [T; Q] = std::array::from_fn(|i| self.own[(i, first + k)]);
-                let slides = |stress: T| friction.speed(stress, &physics.law);
+                let speed = |stress: T| friction.speed(stress, &physics.law);
                 let mut sliding = None;
                 for _ in 0..TURNS {
                     let arriving: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
@@ -158,7 +158,7 @@ impl<T: Real> Source<'_, T> {
                     }
                     let law = &physics.law;
                     let [more, traction] =
-                        sliding_velocity(&m, stress, left, taken, force, law, slides, sliding);
+                        sliding_velocity(&m, stress, left, taken, force, law, speed, sliding);
                     let before = sliding.unwrap_or(none);
                     for (n, [a, b]) in SLANTED[face].into_iter().enumerate() {
                         let push = T::from_f64(1.0 / 6.0) * more[n];

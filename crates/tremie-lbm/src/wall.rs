@@ -85,60 +85,6 @@ pub(crate) fn flat(solid: &[u8; Q]) -> [u8; 6] {
     })
 }
 
-/// A cell at a flat wall: how its stress and that at the wall depend on a velocity v of the wall along its traction.
-struct Beside<'a, T, R> {
-    law: &'a R,
-    /// Unit vector of the traction, along the two tangents.
-    direction: [T; 2],
-    /// Size of the traction with the wall at rest, as if the cell were rigid, so that P is its stress.
-    size: T,
-    /// P along it, with the wall at rest.
-    along: T,
-    stress: [T; 2],
-    /// What of 2 P:P the wall's velocity leaves alone.
-    rest: T,
-    density: T,
-    /// Fill, not too small. In a film the stress falls to nothing at its surface, not at the end of the cell.
-    fill: T,
-}
-
-impl<'a, T: Number, R: Relaxation<T>> Beside<'a, T, R> {
-    /// From the cell's moments, its measure P of stress on the plane of the wall, the momentum that the wall takes, both with the wall at
-    /// rest, and the body force, along the two tangents each.
-    #[inline(always)]
-    fn new(m: &Moments<T>, stress: [T; 2], taken: [T; 2], force: [T; 2], law: &'a R) -> Self {
-        let (half, four) = (T::from_f64(0.5), T::from_f64(4.0));
-        let traction: [T; 2] = std::array::from_fn(|n| {
-            let still = taken[n] - T::from_f64(1.0 / 6.0) * force[n];
-            still + half * (still - stress[n])
-        });
-        let size = (traction[0] * traction[0] + traction[1] * traction[1]).sqrt();
-        let least = larger(size, T::TINY);
-        let direction = [traction[0] / least, traction[1] / least];
-        let along = direction[0] * stress[0] + direction[1] * stress[1];
-        let all = m.q * m.density * T::from_f64(2.0 / 3.0);
-        let rest = all * all - four * (stress[0] * stress[0] + stress[1] * stress[1]);
-        let fill = larger(m.fill, T::from_f64(LEAST_RESISTANCE));
-        Self { law, direction, size, along, stress, rest, density: m.density, fill }
-    }
-
-    /// Fluidity of the cell, traction, and its growth over the half-cell.
-    #[inline(always)]
-    fn at(&self, v: T) -> [T; 3] {
-        let (two, third) = (T::from_f64(2.0), T::from_f64(1.0 / 3.0));
-        let reduced = |n: usize| self.stress[n] - third * v * self.direction[n];
-        let left = [reduced(0), reduced(1)];
-        let square = self.rest + T::from_f64(4.0) * (left[0] * left[0] + left[1] * left[1]);
-        let q = T::from_f64(1.5) / self.density * larger(square, T::ZERO).sqrt();
-        let omega = self.law.omega(q);
-        // P is the flow curve's stress and a sixth of the shear rate.
-        let measure = self.along - third * v;
-        let resisted = (T::ONE - omega / two) * measure;
-        let wall = self.size - third * v + T::from_f64(0.5) * (measure - resisted);
-        [T::from_f64(6.0) * omega / (two - omega), wall, (wall - resisted) / self.fill]
-    }
-}
-
 /// Velocity along the two tangents that the wall needs, given the cell's moments, its measure P of stress on the plane of the wall,
 /// the momentum that the wall takes, both with the wall at rest, and the body force.
 #[inline(always)]
@@ -149,11 +95,39 @@ pub(crate) fn wall_velocity<T: Number, R: Relaxation<T>>(
     force: [T; 2],
     law: &R,
 ) -> [T; 2] {
-    let cell = Beside::new(m, stress, taken, force, law);
-    let v = law.wall_velocity(cell.size, (cell.size - cell.along) / cell.fill, |v| cell.at(v));
+    let (third, four) = (T::from_f64(1.0 / 3.0), T::from_f64(4.0));
+    let half = T::from_f64(0.5);
+    // As if the cell were rigid, so that P is its stress.
+    let traction: [T; 2] = std::array::from_fn(|n| {
+        let still = taken[n] - T::from_f64(1.0 / 6.0) * force[n];
+        still + half * (still - stress[n])
+    });
+    let size = (traction[0] * traction[0] + traction[1] * traction[1]).sqrt();
+    let least = larger(size, T::TINY);
+    let direction = [traction[0] / least, traction[1] / least];
+    let along = direction[0] * stress[0] + direction[1] * stress[1];
+    // What of 2 P:P the wall velocity leaves alone.
+    let all = m.q * m.density * T::from_f64(2.0 / 3.0);
+    let rest = all * all - four * (stress[0] * stress[0] + stress[1] * stress[1]);
+    // In a film the stress falls to nothing at its surface, not at the end of the cell.
+    let fill = larger(m.fill, T::from_f64(LEAST_RESISTANCE));
+    let cell = |v: T| {
+        let reduced = |n: usize| stress[n] - third * v * direction[n];
+        let left = [reduced(0), reduced(1)];
+        let square = rest + four * (left[0] * left[0] + left[1] * left[1]);
+        let q = T::from_f64(1.5) / m.density * larger(square, T::ZERO).sqrt();
+        let omega = law.omega(q);
+        let two = T::from_f64(2.0);
+        // P is the flow curve's stress and a sixth of the shear rate.
+        let measure = along - third * v;
+        let resisted = (T::ONE - omega / two) * measure;
+        let wall = size - third * v + half * (measure - resisted);
+        [T::from_f64(6.0) * omega / (two - omega), wall, (wall - resisted) / fill]
+    };
+    let v = law.wall_velocity(size, (size - along) / fill, cell);
     // A film may slide, but is not pushed back: what its cell shears by is not that of fluid up to the cell's end.
     let v = T::where_greater(T::ONE, m.fill, larger(v, T::ZERO), v);
-    cell.direction.map(|along| v * along)
+    [v * direction[0], v * direction[1]]
 }
 
 /// The same for a wall along which the fluid slides at the speed `slides` of the wall stress; the wall stress too. `left` is the stress P
