@@ -16,11 +16,11 @@
 //! ```
 //!
 //! p is the pressure along n that the same sum asks for; in a fluid at rest the density's, in one that stands by its yield stress not.
-//! Where it slides with friction (module `friction`), the sum has a part across n: the wall stress, over the area A that the links stand
-//! for, that goes with the sliding speed. Surfaces along the lattice are left to that module.
+//! Where it slides with friction, the wall bears shear: on surfaces along the lattice that is left to module `friction`, on others to `slanted`.
 //!
-//! On a flat wall along the lattice that keeps the tangential momentum to rounding, as specular reflection does. On others
-//! the wall is a staircase, and specular reflection would catch the flow at every step: here mass goes into the steps that face the flow and comes
+//! On a flat wall along the lattice the populations are mirrored instead: they come with the normal velocity turned from the cell beside that they left towards
+//! the wall, so that the pressure along the wall drives the cells at it as all others. Elsewhere
+//! the wall is a staircase, and mirroring would catch the flow at every step: here mass goes into the steps that face the flow and comes
 //! back out of the others, and what a wall seen from afar has smooth, stays smooth. An interface cell may leave a sliding wall freely: it is not drawn after one
 //! that recedes. Nor is liquid, if there is air that can come in between: where such a wall would have to pull, v.n is not
 //! the solid's but that for which p is zero. What the liquid keeps back thereby is owed by its store, until the wall uncovers a cell: then
@@ -29,6 +29,8 @@
 //! The mass that goes into steps and what comes out of them agree over a stretch of the wall, but not in every cell. So each
 //! liquid cell at a sliding wall has a store, which gets what the wall takes from the cell by sliding, exchanges with the stores beside
 //! it, and is slowly put back into the cell: no mass is lost. What a wall takes by its own motion is another matter (`sweep`).
+//!
+//! In an edge or a corner, where a cell is in contact with several surfaces, all this is done for each of them with the links that come out of it.
 //!
 //! The force on a solid is the momentum that its links exchange (Galilean invariant: Wen, Zhang, Tu, Wang and Fang 2014):
 //!
@@ -42,22 +44,20 @@ use tremie_numerics::{DMat3, DVec3};
 
 use crate::grid::Fill;
 use crate::lanes::Lanes;
-use crate::lattice::{C, Q, W, opposite};
+use crate::lattice::{C, MIRROR, Q, W, opposite};
 use crate::real::Real;
 use crate::relaxation::Relaxation;
 use crate::rows::SurfaceRow;
+use crate::slanted::{self, Sheared};
 use crate::solids::{Contact, Contacts};
 use crate::source::Source;
 use crate::together::Physics;
 use crate::topology::CELLS;
-use crate::wall::root;
 
 /// What keeps the velocity of a sliding wall from directions in which hardly a link points.
 const BLIND: f64 = 0.02;
 /// Least area across the normal, in twice the weights of links, that tells the pressure on a wall.
 const LEAST_FACING: f64 = 0.05;
-/// What [`LEAST_FACING`] is measured by, for a wall along the lattice: the area of a face of a cell.
-const AREA: f64 = 1.0 / 3.0;
 /// Share of a store that is put back in a step.
 const RETURNED: f64 = 5e-5;
 
@@ -74,13 +74,18 @@ fn vector(c: [i32; 3]) -> DVec3 {
     DVec3::from(c.map(f64::from))
 }
 
+/// The matrix v v.
+pub(crate) fn outer(v: DVec3) -> DMat3 {
+    DMat3::from_cols(v * v.x, v * v.y, v * v.z)
+}
+
 impl<T: Real> Source<'_, T> {
     /// What the cells of a row beside solids are in contact with.
     #[inline(never)]
     pub(crate) fn contacts(&self, row: &SurfaceRow, first: usize) -> Contacts {
         match &row.contacts {
             Some(contacts) => **contacts,
-            None => self.solids.contacts(self.links, first, row.any_immersed),
+            None => self.solids.contacts(self.links, first, &row.immersed),
         }
     }
 
@@ -98,38 +103,61 @@ impl<T: Real> Source<'_, T> {
         exchange: &mut Exchange,
     ) {
         let gravity = DVec3::from(physics.gravity.map(T::to_f64));
-        for (k, contact) in contacts.iter().enumerate() {
-            let Some(contact) = contact else { continue };
+        for (k, touching) in contacts.iter().enumerate() {
+            if touching[0].is_none() {
+                continue;
+            }
             let cell = first + k;
             let interface = row.kinds.interface >> k & 1 == 1;
             let leaving: [f64; Q] = std::array::from_fn(|i| self.own[(i, cell)].to_f64());
-            let links = || (1..Q).filter(|i| row.immersed[*i] >> k & 1 == 1);
             let density = 1.0 + leaving.iter().sum::<f64>();
-            let mut wall = contact.velocity;
-            let friction = self.solids.friction(contact.solid).filter(|_| !contact.along_lattice());
-            let slides = contact.slides || friction.is_some();
-            if slides {
-                let momentum: DVec3 = (1..Q).map(|i| vector(C[i]) * leaving[i]).sum();
-                let fill = if interface { fill[(0, cell)].to_f64().clamp(0.0, 1.0) } else { 1.0 };
-                let u = momentum / density - 0.5 * fill * gravity;
-                wall = sliding(
-                    contact,
-                    u,
-                    density,
-                    interface,
-                    self.solids.air,
-                    friction.map(|f| move |stress| f.speed(T::from_f64(stress), &physics.law).to_f64()),
-                    links().map(|i| (i, leaving[opposite(i)])),
-                );
-            }
-            let (mut swept, mut slid) = (0.0, 0.0);
-            for i in links() {
-                let c = vector(C[i]);
-                let gained = 6.0 * W[i] * density * c.dot(wall);
-                f[i].0[k] = T::from_f64(leaving[opposite(i)] + gained);
-                let by_motion = 6.0 * W[i] * density * c.dot(contact.velocity);
-                swept -= by_motion;
-                slid -= gained - by_motion;
+            let (mut swept, mut slid, mut slides) = (0.0, 0.0, false);
+            for contact in touching.iter().flatten() {
+                let mut wall = contact.velocity;
+                let mut rubbed = None;
+                let friction = self.solids.friction(contact.solid).filter(|_| !contact.along_lattice());
+                if contact.slides || friction.is_some() {
+                    slides = true;
+                    let momentum: DVec3 = (1..Q).map(|i| vector(C[i]) * leaving[i]).sum();
+                    let fill = if interface { fill[(0, cell)].to_f64().clamp(0.0, 1.0) } else { 1.0 };
+                    let velocity = momentum / density - 0.5 * fill * gravity;
+                    let entering = contact.links().map(|i| (i, leaving[opposite(i)]));
+                    // In an edge with another wall the fluid does not slide towards that.
+                    let shut = |a: usize| (row.solid[2 * a + 1] | row.solid[2 * a + 2]) >> k & 1 == 1;
+                    let open = DVec3::from(
+                        [0, 1, 2].map(|a| f64::from(u8::from(!contact.along_lattice() || !shut(a)))),
+                    );
+                    wall = sliding(contact, velocity, density, interface, self.solids.air, open, entering);
+                    if let Some(friction) = friction {
+                        let fluid = Sheared { leaving: &leaving, density, velocity };
+                        wall =
+                            contact.velocity + contact.normal * (wall - contact.velocity).dot(contact.normal);
+                        let law = &physics.law;
+                        rubbed = Some(slanted::sliding(contact, &fluid, wall, friction, law));
+                    }
+                }
+                for i in contact.links() {
+                    let c = vector(C[i]);
+                    if let Some((j, from)) = self.mirrored(row, k, contact, i) {
+                        let mirrored = self.left(cell, C[j], from).to_f64();
+                        f[i].0[k] = T::from_f64(mirrored);
+                        // What the wall hands on from cell to cell: all of it together comes to nothing.
+                        let handed = mirrored - leaving[opposite(i)];
+                        if !interface {
+                            swept -= handed;
+                        } else if row.liquid[j] >> k & 1 == 1 {
+                            mass[cell] += handed;
+                            exchange.swept -= handed;
+                        }
+                        continue;
+                    }
+                    let wall = rubbed.map_or(wall, |rubbed| rubbed.of_link(contact, c));
+                    let gained = 6.0 * W[i] * density * c.dot(wall);
+                    f[i].0[k] = T::from_f64(leaving[opposite(i)] + gained);
+                    let by_motion = 6.0 * W[i] * density * c.dot(contact.velocity);
+                    swept -= by_motion;
+                    slid -= gained - by_motion;
+                }
             }
             if interface {
                 continue;
@@ -145,6 +173,21 @@ impl<T: Real> Source<'_, T> {
         }
     }
 
+    /// Where a link along which a flat wall mirrors the flow has its population from: the velocity from the cell beside, and
+    /// that with which it left it.
+    fn mirrored(&self, row: &SurfaceRow, k: usize, contact: &Contact, i: usize) -> Option<(usize, usize)> {
+        if !contact.mirrored(i) {
+            return None;
+        }
+        let normal = (0..3).find(|a| contact.normal[*a].abs() > 0.5)?;
+        let axis = (1..=6)
+            .find(|j| (j - 1) / 2 != normal && (0..3).any(|a| C[*j][a] != 0 && C[*j][a] == C[i][a]))?;
+        let out = (1..=6).find(|j| C[*j][normal] != 0 && C[*j][normal] == C[i][normal])?;
+        let set = |bits: u8| bits >> k & 1 == 1;
+        let flat = set(row.immersed[out]) && !set(row.solid[axis]) && !set(row.missing[axis]);
+        flat.then_some((axis, usize::from(MIRROR[1 << normal][i])))
+    }
+
     /// Adds up forces and moments on the solids; `f` arrive.
     #[inline(never)]
     pub(crate) fn load_solids(
@@ -155,47 +198,50 @@ impl<T: Real> Source<'_, T> {
         f: &[Lanes<T>; Q],
         loads: &mut [[DVec3; 2]],
     ) {
-        for (k, contact) in contacts.iter().enumerate() {
-            let Some(contact) = contact else { continue };
-            let at = vector(self.links.coordinates(first + k).map(|n| n as i32)) + 0.5;
-            for i in (1..Q).filter(|i| row.solid[*i] >> k & 1 == 1) {
-                let (arriving, leaving) = (f[i].0[k].to_f64(), self.own[(opposite(i), first + k)].to_f64());
-                let c = vector(C[i]);
-                let force = if row.immersed[i] >> k & 1 == 1 {
-                    (-c - contact.velocity) * leaving - (c - contact.velocity) * arriving
-                } else {
-                    // Into the edge between a solid and a side of the domain: each bears what is across it.
-                    let borne = |a: usize| {
-                        let axis = (1..=6).find(|j| C[*j][a] != 0 && C[*j][a] == C[i][a]);
-                        f64::from(u8::from(axis.is_some_and(|j| row.immersed[j] >> k & 1 == 1)))
+        for (k, touching) in contacts.iter().enumerate() {
+            let at = || vector(self.links.coordinates(first + k).map(|n| n as i32)) + 0.5;
+            for contact in touching.iter().flatten() {
+                for i in (1..Q).filter(|i| row.solid[*i] >> k & 1 == 1) {
+                    let (arriving, leaving) =
+                        (f[i].0[k].to_f64(), self.own[(opposite(i), first + k)].to_f64());
+                    let c = vector(C[i]);
+                    let force = if contact.has(i) {
+                        (-c - contact.velocity) * leaving - (c - contact.velocity) * arriving
+                    } else if row.immersed[i] >> k & 1 == 0 {
+                        // Into the edge between a solid and a side of the domain: each bears what is across it.
+                        let borne = |a: usize| {
+                            let axis = (1..=6).find(|j| C[*j][a] != 0 && C[*j][a] == C[i][a]);
+                            f64::from(u8::from(axis.is_some_and(|j| contact.has(j))))
+                        };
+                        -c * DVec3::new(borne(0), borne(1), borne(2)) * (leaving + arriving)
+                    } else {
+                        continue;
                     };
-                    -c * DVec3::new(borne(0), borne(1), borne(2)) * (leaving + arriving)
-                };
-                let [total, moment] = &mut loads[contact.solid];
-                *total += force;
-                *moment += (at - 0.5 * c).cross(force);
+                    let [total, moment] = &mut loads[contact.solid];
+                    *total += force;
+                    *moment += (at() - 0.5 * c).cross(force);
+                }
             }
         }
     }
 }
 
-/// Velocity of a sliding wall beside fluid of the velocity `u`, which lets go of the fluid if there is air; `friction` tells the speed at which
-/// the fluid slides under a wall stress, if there is any, and `links` are velocities out of the
-/// wall with the populations that enter it.
+/// Velocity of a wall without friction beside fluid of the velocity `u`, which lets go of the fluid if there is air, and slides along the axes for
+/// which `open` is 1; `links` are velocities out of the wall with the populations that enter it.
 fn sliding(
     contact: &Contact,
     u: DVec3,
     density: f64,
     interface: bool,
     air: bool,
-    friction: Option<impl Fn(f64) -> f64>,
+    open: DVec3,
     links: impl Iterator<Item = (usize, f64)>,
 ) -> DVec3 {
     let n = contact.normal;
-    let across = |v: DVec3| v - n * v.dot(n);
-    let outer = |v: DVec3| DMat3::from_cols(v * v.x, v * v.y, v * v.z);
+    let across = |v: DVec3| (v - n * v.dot(n)) * open;
     let leaves = interface && (u - contact.velocity).dot(n) > 0.0;
-    let mut wall = if leaves { u } else { across(u) + n * contact.velocity.dot(n) };
+    let shut = contact.velocity * (DVec3::ONE - open - n.abs()).max(DVec3::ZERO);
+    let mut wall = if leaves { u } else { across(u) + n * contact.velocity.dot(n) + shut };
     let (mut traction, mut area) = (DVec3::ZERO, DVec3::ZERO);
     // What the traction grows by with the wall's velocity, and the part of it across the normal.
     let (mut response, mut aside) = (DMat3::ZERO, DMat3::from_diagonal(DVec3::splat(BLIND)));
@@ -219,12 +265,5 @@ fn sliding(
     let pressure = if facing > LEAST_FACING { traction.dot(n) / facing } else { density - 1.0 };
     // What is added to the matrix along the normal changes nothing across it.
     aside += outer(n);
-    let free = wall - across(aside.inverse() * across(traction - pressure * area));
-    // Over the way from sticking to sliding freely the wall stress falls to nothing.
-    let way = across(free - contact.velocity);
-    let most = way.length();
-    let Some(speed) = friction.filter(|_| most > 0.0) else { return free };
-    let borne = (way / most).dot(aside * way) * AREA / facing.max(LEAST_FACING);
-    let slid = root(|v| v - speed(borne * (1.0 - v / most)), 0.0, most);
-    free - way * (1.0 - slid / most)
+    wall - across(aside.inverse() * across(traction - pressure * area))
 }

@@ -29,7 +29,7 @@ use crate::real::Real;
 use crate::relaxation::{Law, Relaxation};
 use crate::rows::SurfaceRow;
 use crate::scaling::Scaling;
-use crate::solids::{Contact, Contacts};
+use crate::solids::{Contact, Contacts, Touching};
 use crate::source::Source;
 use crate::together::{Physics, Populations};
 use crate::topology::ROWS;
@@ -86,19 +86,23 @@ impl Friction {
     }
 }
 
+/// The surface along the lattice that faces the way `normal` along an axis.
+fn facing(touching: &Touching, axis: usize, normal: i32) -> Option<&Contact> {
+    let towards = |c: &&Contact| c.along_lattice() && f64::from(normal) * c.normal[axis] > 0.5;
+    touching.iter().flatten().find(towards)
+}
+
 impl<T: Real> Source<'_, T> {
     /// Cells of a row at flat walls along which they slide with friction, for each face; none in most rows.
     fn rubbing(&self, row: &SurfaceRow, contacts: &Contacts) -> [Rubbing; 6] {
         let mut rubbing = [Rubbing::default(); 6];
-        let immersed = bits(|k| self.friction(&contacts[k]).is_some());
         for (face, (axis, normal)) in FACES.into_iter().enumerate() {
             // The velocity from the wall, and whose wall it is.
             let i = 2 * axis + if normal == 1 { 1 } else { 2 };
             let side = self.topology.frictions[axis][usize::from(normal != 1)];
             let of_side = if side.is_some() { !row.immersed[i] } else { 0 };
-            let towards = |c: Contact| c.along_lattice() && f64::from(normal) * c.normal[axis] > 0.5;
-            let faces = |k: usize| contacts[k].is_some_and(towards);
-            let wall = row.solid[i] & (of_side | immersed & row.immersed[i] & bits(faces));
+            let rough = |k: usize| self.friction(facing(&contacts[k], axis, normal)).is_some();
+            let wall = row.solid[i] & (of_side | row.immersed[i] & bits(rough));
             if wall == 0 {
                 continue;
             }
@@ -114,7 +118,7 @@ impl<T: Real> Source<'_, T> {
     }
 
     /// Friction of the solid that a cell is in contact with.
-    fn friction(&self, contact: &Option<Contact>) -> Option<Friction> {
+    fn friction(&self, contact: Option<&Contact>) -> Option<Friction> {
         contact.and_then(|contact| self.solids.friction(contact.solid))
     }
 
@@ -136,7 +140,9 @@ impl<T: Real> Source<'_, T> {
             let (axis, normal) = FACES[face];
             let away = 2 * axis + if normal == 1 { 1 } else { 2 };
             for k in (0..LANES).filter(|k| cells >> k & 1 == 1) {
-                let Some(friction) = self.friction(&contacts[k]).or(side) else { continue };
+                let Some(friction) = self.friction(facing(&contacts[k], axis, normal)).or(side) else {
+                    continue;
+                };
                 let sign = T::from_f64(-f64::from(normal));
                 let leaving: [T; Q] = std::array::from_fn(|i| self.own[(i, first + k)]);
                 let speed = |stress: T| friction.speed(stress, &physics.law);

@@ -33,6 +33,7 @@ mod relaxation;
 mod rows;
 mod scaling;
 mod simulation;
+mod slanted;
 mod solids;
 mod source;
 mod standing;

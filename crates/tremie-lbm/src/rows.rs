@@ -165,7 +165,7 @@ impl Rows {
             }
             found.flat = wall::flat(&found.solid);
             if found.any_immersed != 0 && solids.still {
-                found.contacts = Some(Box::new(solids.contacts(links, row * LANES, found.any_immersed)));
+                found.contacts = Some(Box::new(solids.contacts(links, row * LANES, &found.immersed)));
             }
             let trapped = kinds.interface & !found.any_air;
             for i in 1..Q {

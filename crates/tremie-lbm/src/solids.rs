@@ -10,6 +10,7 @@ use tremie_numerics::DVec3;
 use crate::friction::Friction;
 use crate::inlet::THICKNESS;
 use crate::lanes::LANES;
+use crate::lattice::{C, Q};
 use crate::scaling::Scaling;
 use crate::topology::{Links, ROWS};
 
@@ -45,15 +46,21 @@ struct Placed {
     friction: Option<Friction>,
 }
 
-/// The solid that a cell is nearest to, in lattice units.
+/// A surface that a cell is in contact with, in lattice units.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Contact {
     /// Number of the solid.
     pub(crate) solid: usize,
+    /// Velocities that come out of it into the cell, as bits.
+    links: u32,
+    /// Those of them along which it mirrors the flow.
+    mirrored: u32,
     /// Its velocity.
     pub(crate) velocity: DVec3,
     /// Its unit normal, into the fluid.
     pub(crate) normal: DVec3,
+    /// Distance of the cell's centre.
+    pub(crate) distance: f64,
     /// Whether the fluid slides along it.
     pub(crate) slides: bool,
 }
@@ -66,10 +73,36 @@ impl Contact {
     pub(crate) fn along_lattice(&self) -> bool {
         self.normal.abs().max_element() > ALONG
     }
+
+    /// Whether the velocity `i` comes out of the surface.
+    pub(crate) fn has(&self, i: usize) -> bool {
+        self.links >> i & 1 == 1
+    }
+
+    /// Velocities that come out of the surface.
+    pub(crate) fn links(&self) -> impl Iterator<Item = usize> {
+        (1..Q).filter(|i| self.has(*i))
+    }
+
+    /// Whether the surface mirrors the flow along the velocity `i`.
+    pub(crate) fn mirrored(&self, i: usize) -> bool {
+        self.mirrored >> i & 1 == 1
+    }
+
+    /// Whether the surface can mirror the flow: it is a flat sliding wall along the lattice, and stays where it is.
+    fn mirrors(&self) -> bool {
+        self.slides && self.along_lattice() && self.velocity.dot(self.normal) == 0.0
+    }
 }
 
-/// Contacts of the cells of a row.
-pub(crate) type Contacts = [Option<Contact>; LANES];
+/// What a cell is in contact with, the nearest surface first; there are more in edges and corners.
+pub(crate) type Touching = [Option<Contact>; 3];
+
+/// What the cells of a row are in contact with.
+pub(crate) type Contacts = [Touching; LANES];
+
+/// Surfaces of a solid whose normals have a larger cosine are one, curved; others meet in an edge.
+const SMOOTH: f64 = 0.5;
 
 impl Solids {
     /// The solids of a case at time zero.
@@ -161,24 +194,70 @@ impl Solids {
         self.distance(self.centre(at)) < 0.0
     }
 
-    /// What a cell beside solids is in contact with.
-    pub(crate) fn contact(&self, at: [usize; 3]) -> Option<Contact> {
-        let p = self.centre(at);
+    /// The surface nearest to the centre of a cell and the distance of the point `from` the centre, in cells.
+    fn nearest(&self, centre: DVec3, from: DVec3) -> Option<Contact> {
+        let p = centre + self.size * from;
         let found = self.bodies.iter().enumerate().map(|(n, body)| {
             let (distance, normal) = body.solid.body.nearest(p - body.offset);
             (distance, n, normal)
         });
-        let (_, n, normal) = found.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (distance, n, normal) = found.min_by(|a, b| a.0.total_cmp(&b.0))?;
         let body = &self.bodies[n];
-        let slides = body.solid.surface == Surface::FreeSlip;
-        Some(Contact { solid: n, velocity: body.velocity, normal, slides })
+        Some(Contact {
+            solid: n,
+            links: 0,
+            mirrored: 0,
+            velocity: body.velocity,
+            normal,
+            distance: distance / self.size - from.dot(normal),
+            slides: body.solid.surface == Surface::FreeSlip,
+        })
     }
 
-    /// What the cells of a row whose bits are set are in contact with.
-    pub(crate) fn contacts(&self, links: &Links, first: usize, bits: u8) -> Contacts {
+    /// What a cell is in contact with; the velocities `links` come out of solids.
+    fn touching(&self, at: [usize; 3], links: impl Iterator<Item = usize>) -> Touching {
+        let centre = self.centre(at);
+        let mut found: Touching = [self.nearest(centre, DVec3::ZERO), None, None];
+        for i in links {
+            let c = DVec3::from(C[i].map(f64::from));
+            let comes_out = |contact: &Contact| c.dot(contact.normal) > 0.0;
+            // The nearest surface, if it is flat, or else that which the link meets.
+            let mut of = 0;
+            if !found[0].as_ref().is_some_and(comes_out) {
+                let met = self.nearest(centre, -0.5 * c).filter(comes_out);
+                let like = |contact: &Contact, met: &Contact| {
+                    contact.solid == met.solid && contact.normal.dot(met.normal) > SMOOTH
+                };
+                if let Some(met) = met {
+                    let known =
+                        |other: &Option<Contact>| other.as_ref().is_none_or(|other| like(other, &met));
+                    if let Some(n) = found.iter().position(known) {
+                        of = n;
+                        found[n].get_or_insert(met);
+                    }
+                }
+            }
+            let Some(contact) = &mut found[of] else { continue };
+            contact.links |= 1 << i;
+            if of == 0 && contact.mirrors() {
+                // The cell from which what is mirrored comes mirrors too.
+                let n = contact.normal;
+                let beside = self.nearest(centre, n * c.dot(n) - c);
+                let goes_on = beside.is_some_and(|wall| wall.mirrors() && wall.normal.dot(n) > ALONG);
+                contact.mirrored |= u32::from(goes_on) << i;
+            }
+        }
+        found
+    }
+
+    /// What the cells of a row are in contact with; `immersed` are those beside a solid, for each velocity out of it.
+    pub(crate) fn contacts(&self, links: &Links, first: usize, immersed: &[u8; Q]) -> Contacts {
         std::array::from_fn(|k| {
-            let touches = bits >> k & 1 == 1;
-            if touches { self.contact(links.coordinates(first + k)) } else { None }
+            let mut out = (1..Q).filter(|i| immersed[*i] >> k & 1 == 1).peekable();
+            match out.peek() {
+                Some(_) => self.touching(links.coordinates(first + k), out),
+                None => [None; 3],
+            }
         })
     }
 

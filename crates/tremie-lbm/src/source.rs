@@ -89,7 +89,8 @@ pub(crate) struct Source<'a, T: Real> {
     pub(crate) links: &'a Links,
     /// Slot of the block.
     pub(crate) slot: usize,
-    /// The block's own populations.
+    /// The populations of all blocks, and the block's own.
+    all: &'a [Box<Field<T>>],
     pub(crate) own: &'a Field<T>,
     populations: Surroundings<'a, T, Q>,
     /// Whether rows look into mirrors anywhere, or end elsewhere than in most blocks.
@@ -111,7 +112,8 @@ impl<'a, T: Real> Source<'a, T> {
         let mirrors = links.steps.iter().flatten().any(|step| step.flip != 0);
         let special = mirrors || !populations.regular;
         let rubs = topology.rubs() || solids.rub();
-        Self { topology, solids, inlets, links, slot, own: populations.own, populations, special, rubs }
+        let own = populations.own;
+        Self { topology, solids, inlets, links, slot, all: front, own, populations, special, rubs }
     }
 
     /// Populations arriving in a row from the cells around it, whatever these are.
@@ -154,6 +156,12 @@ impl<'a, T: Real> Source<'a, T> {
             let seen = |flip: u8| usize::from(MIRROR[usize::from(flip & 7)][i]);
             self.populations.pull_into::<false>(beside, C[i], seen, &mut f[i][row]);
         }
+    }
+
+    /// Population `i` that left the cell at `-c` of a cell.
+    pub(crate) fn left(&self, cell: usize, c: [i32; 3], i: usize) -> T {
+        let (slot, there, flip) = self.links.cell(cell, c.map(|c| -c));
+        self.all[slot as usize][(usize::from(MIRROR[usize::from(flip & 7)][i]), there)]
     }
 
     /// The block's own values of a row in the array `i`.

@@ -216,8 +216,8 @@ impl<'a, T: Real> Source<'a, T> {
         exchange: &mut Exchange,
     ) -> ([Lanes<T>; 2], [f64; LANES]) {
         let first = first_of(row.row);
-        let contacts = if row.any_immersed == 0 { [None; LANES] } else { self.contacts(row, first) };
-        let slides = bits(|k| contacts[k].is_some_and(|c| c.slides));
+        let contacts = if row.any_immersed == 0 { [[None; 3]; LANES] } else { self.contacts(row, first) };
+        let slides = bits(|k| contacts[k].iter().flatten().any(|contact| contact.slides));
         let mut gain = [0.0; LANES];
         let (mut held, mut least) = (Lanes::INFINITY, Lanes::from_f64(LEAST_RESISTANCE));
         if row.kinds.interface != 0 {

@@ -86,6 +86,7 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(channel::film_newtonian, "film-newtonian", "case.toml"),
     benchmark!(slip::slip_newtonian, "slip-newtonian", "case.toml"),
     benchmark!(slip::slip_bingham, "slip-bingham", "case.toml"),
+    benchmark!(slip::slip_inclined, "slip-inclined", "case.toml"),
     benchmark!(slip::wall_law, "wall-law", "case.toml"),
     benchmark!(cavity::cavity_casson, "cavity-casson", "case.toml", "reference.csv"),
     benchmark!(

@@ -5,7 +5,7 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use tremie_case::{Case, Side, Surface};
-use tremie_numerics::DVec3;
+use tremie_numerics::{DMat3, DVec3};
 use tremie_rheology::FlowCurve;
 
 use super::benchmark::{Check, Context, shown};
@@ -95,6 +95,111 @@ impl Channel {
         let high = off([&column[last], &column[last - 1], &column[last - 2]]);
         Ok(if low.abs() > high.abs() { low } else { high })
     }
+}
+
+/// An inclined channel in lattice units.
+#[derive(Debug, Clone, Copy)]
+struct Inclined {
+    slip_length: f64,
+    viscosity: f64,
+    /// Way of the lattice along x and z, in cells.
+    shift: [f64; 2],
+}
+
+impl Inclined {
+    /// Distance between the walls in cells.
+    const WIDTH: f64 = 25.0;
+    /// A point of a lower wall in m.
+    const WALL: DVec3 = DVec3::new(0.0, 0.0, 0.0535936);
+
+    /// Unit vectors along the channel and across it.
+    fn axes() -> [DVec3; 2] {
+        let across = DVec3::new(-4.0, 0.0, 11.0).normalize();
+        [DVec3::new(across.z, 0.0, -across.x), across]
+    }
+
+    fn draw(random: &mut impl Rng) -> Self {
+        Self {
+            slip_length: 0.1 * 1000f64.powf(random.random::<f64>()),
+            viscosity: random.random_range(0.005..0.2),
+            shift: [random.random(), random.random()],
+        }
+    }
+
+    /// The case for it; it starts at the speed at which the fluid will slide.
+    fn case(&self, case: &Case) -> Case {
+        let mut case = case.clone();
+        let size = lattice(&mut case).cell_size;
+        let step = lattice(&mut case).time_step.unwrap_or(1e-3);
+        let [along, _] = Self::axes();
+        let shift = size * DVec3::new(self.shift[0], 0.0, self.shift[1]);
+        case.domain.min += shift;
+        case.domain.max += shift;
+        let viscosity = self.viscosity * case.material.density * size * size / step;
+        case.material.curve = FlowCurve::Newtonian { viscosity };
+        let rate = SPEED / (self.slip_length + 0.25 * Self::WIDTH) / step;
+        case.domain.gravity = along * 2.0 * viscosity * rate / (case.material.density * Self::WIDTH * size);
+        for solid in &mut case.solids {
+            solid.surface = Surface::Navier { slip_length: self.slip_length * size };
+        }
+        case.fluid[0].velocity = along * self.slip_length * size * rate;
+        case
+    }
+
+    /// Slip length over what it should be, less one, at the wall where that is further off.
+    fn error(&self, case: &Case) -> anyhow::Result<f64> {
+        let mut case = self.case(case);
+        let size = lattice(&mut case).cell_size;
+        let mut flow = Flow::new(case.clone());
+        flow.until(0.5 * diffusion_time(&case, Self::WIDTH * size))?;
+        let cells = flow.cells();
+        let [along, across] = Self::axes();
+        // The walls repeat from channel to channel.
+        let apart = across.z * 40.0;
+        let mut sums = [(DMat3::ZERO, DVec3::ZERO); 2];
+        for k in 0..cells.count[2] {
+            for i in 0..cells.count[0] {
+                let d = ((cells.centre(i, 0, k) - Self::WALL).dot(across) / size).rem_euclid(apart);
+                let speed = cells.velocity[cells.index(i, 0, k)].dot(along);
+                for (d, (matrix, right)) in [d, Self::WIDTH - d].into_iter().zip(&mut sums) {
+                    if (1.0..6.0).contains(&d) {
+                        let powers = DVec3::new(1.0, d, d * d);
+                        *matrix += DMat3::from_cols(powers, powers * d, powers * d * d);
+                        *right += powers * speed;
+                    }
+                }
+            }
+        }
+        let off = sums.map(|(matrix, right)| {
+            let parabola = matrix.inverse() * right;
+            parabola.x / parabola.y / self.slip_length - 1.0
+        });
+        Ok(if off[0].abs() > off[1].abs() { off[0] } else { off[1] })
+    }
+}
+
+/// Newtonian channels inclined to the lattice.
+pub(super) fn slip_inclined(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let case = context.case("case.toml")?;
+    let mut random = Pcg64Mcg::seed_from_u64(SEED);
+    let channels: Vec<Inclined> = (0..DRAWS).map(|_| Inclined::draw(&mut random)).collect();
+    let errors = channels.par_iter().map(|channel| channel.error(&case)).collect::<Result<Vec<_>, _>>()?;
+    let drawn: Vec<_> = errors.iter().zip(&channels).collect();
+    let worst = |least: f64| {
+        let longer = drawn.iter().filter(|(_, channel)| channel.slip_length > least);
+        longer.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs())).copied()
+    };
+    let (Some((error, channel)), Some((longer, _))) = (worst(0.0), worst(0.25)) else {
+        bail!("no channel was drawn")
+    };
+    let Inclined { slip_length, viscosity, .. } = channel;
+    let name = format!("largest error of the slip length ({slip_length:.3} cells, viscosity {viscosity:.4})");
+    let mean = errors.iter().map(|error| error.abs()).sum::<f64>() / DRAWS as f64;
+    Ok(vec![
+        context.zero("slip length", name, "", *error)?,
+        shown("largest error for slip lengths above a quarter of a cell", longer.abs()),
+        shown("mean error of the slip length", mean),
+    ])
 }
 
 /// Slip lengths that the flow shows, over those that the walls have.
