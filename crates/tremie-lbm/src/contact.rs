@@ -29,20 +29,13 @@
 //! The mass that goes into steps and what comes out of them agree over a stretch of the wall, but not in every cell. So each
 //! liquid cell at a sliding wall has a store, which gets what the wall takes from the cell by sliding, exchanges with the stores beside
 //! it, and is slowly put back into the cell: no mass is lost. What a wall takes by its own motion is another matter (`sweep`).
-//!
-//! The force on a solid is the momentum that its links exchange (Galilean invariant: Wen, Zhang, Tu, Wang and Fang 2014):
-//!
-//! ```text
-//!     F = sum over links of (c_out - u_s) f_out - (c_in - u_s) f_in
-//! ```
-//!
-//! With f less the weights, pressure counts from that of the air.
 
 use tremie_numerics::{DMat3, DVec3};
 
 use crate::grid::Fill;
 use crate::lanes::Lanes;
 use crate::lattice::{C, Q, W, opposite};
+use crate::loads::vector;
 use crate::real::Real;
 use crate::relaxation::Relaxation;
 use crate::rows::SurfaceRow;
@@ -61,19 +54,6 @@ const AREA: f64 = 1.0 / 3.0;
 /// Share of a store that is put back in a step.
 const RETURNED: f64 = 5e-5;
 
-/// What solids and fluid exchange in a step.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Exchange {
-    /// Mass that solids take from the liquid by their motion.
-    pub(crate) swept: f64,
-    /// Force and moment about the origin of coordinates on each solid, in lattice units; not kept if empty.
-    pub(crate) loads: Vec<[DVec3; 2]>,
-}
-
-fn vector(c: [i32; 3]) -> DVec3 {
-    DVec3::from(c.map(f64::from))
-}
-
 impl<T: Real> Source<'_, T> {
     /// What the cells of a row beside solids are in contact with.
     #[inline(never)]
@@ -84,7 +64,7 @@ impl<T: Real> Source<'_, T> {
         }
     }
 
-    /// Lets the cells of a row meet the solids beside them.
+    /// Lets the cells of a row meet the solids beside them, and adds the mass that these take from the liquid by their motion to `swept`.
     #[inline(never)]
     pub(crate) fn meet_solids<R: Relaxation<T>>(
         &self,
@@ -95,7 +75,7 @@ impl<T: Real> Source<'_, T> {
         fill: &Fill<T>,
         f: &mut [Lanes<T>; Q],
         mass: &mut [f64; CELLS],
-        exchange: &mut Exchange,
+        swept: &mut f64,
     ) {
         let gravity = DVec3::from(physics.gravity.map(T::to_f64));
         for (k, contact) in contacts.iter().enumerate() {
@@ -122,58 +102,25 @@ impl<T: Real> Source<'_, T> {
                     links().map(|i| (i, leaving[opposite(i)])),
                 );
             }
-            let (mut swept, mut slid) = (0.0, 0.0);
+            let (mut by_wall, mut slid) = (0.0, 0.0);
             for i in links() {
                 let c = vector(C[i]);
                 let gained = 6.0 * W[i] * density * c.dot(wall);
                 f[i].0[k] = T::from_f64(leaving[opposite(i)] + gained);
                 let by_motion = 6.0 * W[i] * density * c.dot(contact.velocity);
-                swept -= by_motion;
+                by_wall -= by_motion;
                 slid -= gained - by_motion;
             }
             if interface {
                 continue;
             }
-            exchange.swept += swept;
+            *swept += by_wall;
             if slides {
                 let returned = RETURNED * mass[cell];
                 mass[cell] += slid - returned;
                 for i in 0..Q {
                     f[i].0[k] += T::from_f64(W[i] * returned);
                 }
-            }
-        }
-    }
-
-    /// Adds up forces and moments on the solids; `f` arrive.
-    #[inline(never)]
-    pub(crate) fn load_solids(
-        &self,
-        row: &SurfaceRow,
-        first: usize,
-        contacts: &Contacts,
-        f: &[Lanes<T>; Q],
-        loads: &mut [[DVec3; 2]],
-    ) {
-        for (k, contact) in contacts.iter().enumerate() {
-            let Some(contact) = contact else { continue };
-            let at = vector(self.links.coordinates(first + k).map(|n| n as i32)) + 0.5;
-            for i in (1..Q).filter(|i| row.solid[*i] >> k & 1 == 1) {
-                let (arriving, leaving) = (f[i].0[k].to_f64(), self.own[(opposite(i), first + k)].to_f64());
-                let c = vector(C[i]);
-                let force = if row.immersed[i] >> k & 1 == 1 {
-                    (-c - contact.velocity) * leaving - (c - contact.velocity) * arriving
-                } else {
-                    // Into the edge between a solid and a side of the domain: each bears what is across it.
-                    let borne = |a: usize| {
-                        let axis = (1..=6).find(|j| C[*j][a] != 0 && C[*j][a] == C[i][a]);
-                        f64::from(u8::from(axis.is_some_and(|j| row.immersed[j] >> k & 1 == 1)))
-                    };
-                    -c * DVec3::new(borne(0), borne(1), borne(2)) * (leaving + arriving)
-                };
-                let [total, moment] = &mut loads[contact.solid];
-                *total += force;
-                *moment += (at - 0.5 * c).cross(force);
             }
         }
     }
