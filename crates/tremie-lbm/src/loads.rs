@@ -50,6 +50,8 @@ pub(crate) struct Face {
     pub(crate) wall: Wall,
     /// Centre of the cell.
     pub(crate) at: DVec3,
+    /// Unit normal, into the fluid.
+    pub(crate) normal: DVec3,
     /// Area, in faces of a cell.
     pub(crate) area: f64,
     /// Force that presses on it.
@@ -161,16 +163,17 @@ impl<T: Real> Source<'_, T> {
                     sides[side][1] += borne[axis] * (leaving + arriving);
                 }
             }
-            let mut note = |wall: Wall, [area, force]: [f64; 2]| {
+            let mut note = |wall: Wall, normal: DVec3, [area, force]: [f64; 2]| {
                 if area > LEAST_AREA {
-                    loads.faces.push(Face { wall, at, area, force });
+                    loads.faces.push(Face { wall, at, normal, area, force });
                 }
             };
             for (side, sums) in sides.into_iter().enumerate() {
-                note(Wall::Side(side), sums);
+                let inwards = DVec3::AXES[side / 2] * if side % 2 == 0 { 1.0 } else { -1.0 };
+                note(Wall::Side(side), inwards, sums);
             }
             if let Some(contact) = contact {
-                note(Wall::Solid(contact.solid), solid);
+                note(Wall::Solid(contact.solid), contact.normal, solid);
             }
         }
     }

@@ -58,6 +58,7 @@ impl<T: Real> LatticeBoltzmann<T> {
             WallFace {
                 wall: face.wall,
                 cell: self.case.domain.min + face.at * size,
+                normal: face.normal,
                 fill: cells.fill[cells.index(i, j, k)],
                 area: face.area * size * size,
                 force: face.force * self.scaling.stress_unit() * size * size,

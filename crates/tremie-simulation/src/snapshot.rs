@@ -59,6 +59,8 @@ pub struct WallFace {
     pub wall: Wall,
     /// Centre in m of the cell.
     pub cell: DVec3,
+    /// Unit normal of the wall, into the fluid.
+    pub normal: DVec3,
     /// Share of the cell that is filled.
     pub fill: f64,
     /// Area in m2 of the wall beside the cell.

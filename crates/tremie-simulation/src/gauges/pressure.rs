@@ -3,7 +3,8 @@
 //! A band's pressure is the force on it over its area, both of the cells beside the wall that are at least half full; a cell on the edge
 //! between two bands belongs to each by its share of the height. It is the whole normal stress, with what the flow adds to the pressure. The
 //! hydrostatic pressure it is compared with is that of the depth below the surface beside the wall at the same time, which is where
-//! a ruler finds it in the columns of these cells.
+//! a ruler finds it: in the columns of these cells or a few cells away from the wall, where it is lower, because what clings to a wall above
+//! the surface is no depth.
 
 use std::collections::BTreeSet;
 
@@ -16,6 +17,9 @@ use crate::{Cells, Wall, WallFace};
 
 /// Depth in cells from which on a ratio to the hydrostatic pressure tells more than the cells do.
 const DEEP: f64 = 2.0;
+
+/// How far from a wall, in cells, nothing clings to it any more.
+const ASIDE: f64 = 3.0;
 
 /// A gauge for what presses on a wall.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,12 +100,17 @@ impl Pressure {
 
     pub(super) fn measure(&self, cells: &Cells, faces: &[WallFace]) -> WallPressure {
         let faces: Vec<&WallFace> = faces.iter().filter(|face| self.counts(face)).collect();
-        let column = |face: &&WallFace| {
-            let at = (face.cell - cells.origin) / cells.size;
-            (at.x as usize, at.y as usize)
+        let column = |at: DVec3| {
+            let at = (at - cells.origin) / cells.size;
+            let inside = |a: usize| at[a] >= 0.0 && at[a] < cells.count[a] as f64;
+            (inside(0) && inside(1)).then_some((at.x as usize, at.y as usize))
         };
-        let columns: BTreeSet<(usize, usize)> = faces.iter().map(column).collect();
-        let levels: Vec<f64> = columns.iter().filter_map(|(i, j)| level::surface(cells, *i, *j)).collect();
+        let aside = |face: &WallFace| face.cell + ASIDE * cells.size * face.normal;
+        let columns: BTreeSet<_> =
+            faces.iter().map(|face| [column(face.cell), column(aside(face))]).collect();
+        let surface = |column: Option<(usize, usize)>| column.and_then(|(i, j)| level::surface(cells, i, j));
+        let lowest = |pair: &[_; 2]| pair.iter().filter_map(|column| surface(*column)).reduce(f64::min);
+        let levels: Vec<f64> = columns.iter().filter_map(lowest).collect();
         let level = levels.iter().sum::<f64>() / levels.len().max(1) as f64;
         let level = if levels.is_empty() { self.min.z } else { level };
         let (mut bands, mut hydrostatic) = (vec![[0.0; 2]; self.bands], 0.0);
@@ -158,6 +167,7 @@ mod tests {
             WallFace {
                 wall: Wall::Side(0),
                 cell,
+                normal: DVec3::X,
                 fill: 1.0,
                 area: 0.01,
                 force: share * 1e4 * (1.8 - cell.z) * 0.01,
@@ -191,6 +201,17 @@ mod tests {
         assert!(close(gauge(20).measure(&cells, &faces).bands[1], 7500.0));
         let whole: f64 = gauge(7).measure(&cells, &faces).force;
         assert!(close(whole, read.force));
+    }
+
+    #[test]
+    fn a_film_on_the_wall_is_no_depth() {
+        // Three cells away the fluid stands four cells high.
+        let (mut cells, faces) = wall(0.25);
+        cells.count = [4, 1, 8];
+        cells.fill = (0..32).map(|n| if n % 4 == 0 || n / 4 < 4 { 1.0 } else { 0.0 }).collect();
+        cells.solid = vec![0; 32];
+        let read = gauge(5).measure(&cells, &faces);
+        assert!(close(read.level, 1.4) && close(read.ratio, 1.0), "{read:?}");
     }
 
     #[test]
