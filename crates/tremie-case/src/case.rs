@@ -10,6 +10,7 @@ use tremie_rheology::FlowCurve;
 
 use crate::document::Document;
 use crate::fault::{CaseError, Fault, InvalidCase};
+use crate::schema::SIDE_KEYS;
 use crate::{check, schema};
 
 /// What is to be computed: complete, checked, and free of contradictions.
@@ -363,6 +364,8 @@ pub struct Gauges {
     pub front: Vec<FrontGauge>,
     /// Where one sees through from above, and when.
     pub light: Vec<LightGauge>,
+    /// What it presses on walls with.
+    pub pressure: Vec<PressureGauge>,
 }
 
 /// Measures the mean level of the fluid's surface over a rectangle.
@@ -400,6 +403,28 @@ pub struct LightGauge {
     pub max: DVec3,
     /// Name of the solid with which it moves; it rests if absent.
     pub with: Option<String>,
+}
+
+/// Measures the normal stress on a wall, in bands over the height.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PressureGauge {
+    /// What it is called.
+    pub name: String,
+    /// Key of a side of the domain, or name of a solid.
+    pub wall: String,
+    /// Corners of the box in which cells count, in m; that of the domain if absent.
+    pub min: Option<DVec3>,
+    /// The corner with the largest coordinates.
+    pub max: Option<DVec3>,
+    /// Number of bands of the same height.
+    pub bands: usize,
+}
+
+impl PressureGauge {
+    /// Number of the side of the domain that is the wall, if it is one.
+    pub fn side(&self) -> Option<usize> {
+        SIDE_KEYS.iter().position(|key| *key == self.wall)
+    }
 }
 
 /// Measures how far the fluid has spread.

@@ -5,7 +5,8 @@ use tremie_numerics::DVec3;
 use tremie_rheology::{FlowCurve, Regularisation};
 
 use crate::case::{
-    Case, Collision, Domain, FluidRegion, Inlet, Lattice, Lbm, Method, Side, Solid, Stepping, Surface,
+    Case, Collision, Domain, FluidRegion, Inlet, Lattice, Lbm, Method, PressureGauge, Side, Solid, Stepping,
+    Surface,
 };
 use crate::document::Document;
 use crate::fault::Fault;
@@ -400,11 +401,14 @@ fn names(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
     let levels = gauges.level.iter().enumerate().map(|(n, gauge)| (gauge.name.as_str(), within("level", n)));
     let fronts = gauges.front.iter().enumerate().map(|(n, gauge)| (gauge.name.as_str(), within("front", n)));
     let lights = gauges.light.iter().enumerate().map(|(n, gauge)| (gauge.name.as_str(), within("light", n)));
+    let pressures =
+        gauges.pressure.iter().enumerate().map(|(n, gauge)| (gauge.name.as_str(), within("pressure", n)));
     // The stop rule knows fronts and lights by their names alone.
-    let groups: [(&str, Vec<(&str, String)>); 3] = [
+    let groups: [(&str, Vec<(&str, String)>); 4] = [
         ("solids", solids.collect()),
         ("level gauges", levels.collect()),
         ("front and light gauges", fronts.chain(lights).collect()),
+        ("pressure gauges", pressures.collect()),
     ];
     for (what, group) in &groups {
         for (n, (name, path)) in group.iter().enumerate() {
@@ -435,6 +439,14 @@ fn names(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
                 &groups[0].1,
                 document,
             ));
+        }
+    }
+    for (n, gauge) in gauges.pressure.iter().enumerate() {
+        if gauge.side().is_none() && !case.solids.iter().any(|solid| solid.name == gauge.wall) {
+            let sides = SIDE_KEYS.iter().map(|key| (*key, String::new()));
+            let walls: Vec<_> = sides.chain(groups[0].1.iter().cloned()).collect();
+            let path = format!("{}.wall", within("pressure", n));
+            return Err(unknown(&path, "side or solid", &gauge.wall, &walls, document));
         }
     }
     Ok(())
@@ -665,6 +677,9 @@ fn gauges(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
             ));
         }
     }
+    for (n, gauge) in case.gauges.pressure.iter().enumerate() {
+        pressure(gauge, &format!("gauges.pressure.{n}"), case, document)?;
+    }
     match case.gauges.spread {
         Some(spread) => {
             let (min, max) = (case.domain.min.truncate(), case.domain.max.truncate());
@@ -689,6 +704,32 @@ fn gauges(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
                 .help("add spread = { centre = [\"0 m\", \"0 m\"] } to [gauges]"));
             }
         }
+    }
+    Ok(())
+}
+
+/// The wall of a pressure gauge is one that bears something, and some of it is in the box that counts.
+fn pressure(gauge: &PressureGauge, path: &str, case: &Case, document: &Document<'_>) -> Result<(), Fault> {
+    let Method::Lbm(lbm) = &case.method;
+    if lbm.textbook().is_some() {
+        let problem = "the schemes of the textbooks do not tell what walls bear";
+        return Err(Fault::new(document.locate(path), problem, "leave this out"));
+    }
+    if let Some(side) = gauge.side()
+        && matches!(case.domain.sides[side], Side::Periodic | Side::Open)
+    {
+        return Err(Fault::new(
+            document.locate(&format!("{path}.wall")),
+            format!("`{}` bears nothing: it is no wall", gauge.wall),
+            "write a side that is a wall or a plane of symmetry, or the name of a solid",
+        )
+        .related(document.find(&format!("domain.sides.{}", gauge.wall)), "what it is"));
+    }
+    let (min, max) = (gauge.min.unwrap_or(case.domain.min), gauge.max.unwrap_or(case.domain.max));
+    measured(&min.to_array(), &max.to_array(), path, case, document)?;
+    if min.z == max.z {
+        let place = document.locate(&format!("{path}.max.2"));
+        return Err(Fault::new(place, "the box has no height", "write a larger z than that of `min`"));
     }
     Ok(())
 }

@@ -23,8 +23,8 @@ pub mod units;
 
 pub use case::{
     Case, Collision, Domain, FluidRegion, FrontGauge, Gauges, Inlet, Lattice, Lbm, LevelGauge, LightGauge,
-    Material, MeshFile, Method, NamedFile, Outlet, Output, Precision, Preset, Rest, Role, Side, Solid,
-    SpreadGauge, Stepping, Stop, Surface, Textbook,
+    Material, MeshFile, Method, NamedFile, Outlet, Output, Precision, Preset, PressureGauge, Rest, Role,
+    Side, Solid, SpreadGauge, Stepping, Stop, Surface, Textbook,
 };
 pub use fault::{CaseError, InvalidCase};
 

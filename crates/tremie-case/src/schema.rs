@@ -14,8 +14,8 @@ use tremie_rheology::{FlowCurve, Regularisation};
 use crate::bars;
 use crate::case::{
     Case, Collision, Domain, FluidRegion, FrontGauge, Gauges, Inlet, Lattice, Lbm, LevelGauge, LightGauge,
-    Material, Method, Outlet, Output, Precision, Preset, Rest, Role, Side, Solid, SpreadGauge, Stepping,
-    Stop, Surface,
+    Material, Method, Outlet, Output, Precision, Preset, PressureGauge, Rest, Role, Side, Solid, SpreadGauge,
+    Stepping, Stop, Surface,
 };
 use crate::describe::object;
 use crate::document::{
@@ -1232,8 +1232,10 @@ const GAUGES: Section<Gauges> = {
         "each tells when one first sees through a box from above, in which fluid has been",
         List(LIGHT),
     );
+    const PRESSURES: Maybe<List<Section<PressureGauge>>> =
+        maybe("pressure", "each measures what presses on a wall, in bands over its height", List(PRESSURE));
     Section {
-        keys: &[&INTERVAL, &SPREAD_KEY, &LEVELS, &FRONTS, &LIGHTS],
+        keys: &[&INTERVAL, &SPREAD_KEY, &LEVELS, &FRONTS, &LIGHTS, &PRESSURES],
         example: &["interval = \"20 ms\""],
         read: |t| {
             Ok(Gauges {
@@ -1242,6 +1244,7 @@ const GAUGES: Section<Gauges> = {
                 level: t.maybe(&LEVELS)?.unwrap_or_default(),
                 front: t.maybe(&FRONTS)?.unwrap_or_default(),
                 light: t.maybe(&LIGHTS)?.unwrap_or_default(),
+                pressure: t.maybe(&PRESSURES)?.unwrap_or_default(),
             })
         },
     }
@@ -1306,6 +1309,44 @@ const LIGHT: Section<LightGauge> = {
                 min: t.need(&MIN)?.into(),
                 max: t.need(&MAX)?.into(),
                 with: t.maybe(&WITH)?,
+            })
+        },
+    }
+};
+
+const PRESSURE: Section<PressureGauge> = {
+    const CALLED: Need<Name> = need("name", "what it is called in series.csv", Name { example: "form" });
+    const WALL: Need<Name> = need(
+        "wall",
+        "a side of the domain, \"x_min\" to \"z_max\", or the name of a solid",
+        Name { example: "x_min" },
+    );
+    const LOW: Maybe<Vector<3>> =
+        maybe("min", "smallest coordinates of what counts of it; all of it if absent", POINT);
+    const HIGH: Maybe<Vector<3>> =
+        maybe("max", "largest coordinates of what counts of it; all of it if absent", POINT);
+    const BANDS: Or<Quantity> = or(
+        "bands",
+        "10",
+        "number of bands of the same height, at most 100",
+        quantity(Dimension::NUMBER, Bound::UpTo(MOST_BANDS), "10"),
+    );
+    const MOST_BANDS: f64 = 100.0;
+    Section {
+        keys: &[&CALLED, &WALL, &LOW, &HIGH, &BANDS],
+        example: &["name = \"form\"", "wall = \"x_min\""],
+        read: |t| {
+            let bands = t.or(&BANDS)?;
+            if bands.fract() != 0.0 {
+                let value = t.value("bands").unwrap_or_else(|| t.itself());
+                return Err(value.fault("must be a whole number", "write 10, say"));
+            }
+            Ok(PressureGauge {
+                name: t.need(&CALLED)?,
+                wall: t.need(&WALL)?,
+                min: t.maybe(&LOW)?.map(DVec3::from),
+                max: t.maybe(&HIGH)?.map(DVec3::from),
+                bands: bands as usize,
             })
         },
     }

@@ -31,20 +31,13 @@
 //! it, and is slowly put back into the cell: no mass is lost. What a wall takes by its own motion is another matter (`sweep`).
 //!
 //! In an edge or a corner, where a cell is in contact with several surfaces, all this is done for each of them with the links that come out of it.
-//!
-//! The force on a solid is the momentum that its links exchange (Galilean invariant: Wen, Zhang, Tu, Wang and Fang 2014):
-//!
-//! ```text
-//!     F = sum over links of (c_out - u_s) f_out - (c_in - u_s) f_in
-//! ```
-//!
-//! With f less the weights, pressure counts from that of the air.
 
 use tremie_numerics::{DMat3, DVec3};
 
 use crate::grid::Fill;
 use crate::lanes::Lanes;
 use crate::lattice::{C, MIRROR, Q, W, opposite};
+use crate::loads::vector;
 use crate::real::Real;
 use crate::relaxation::Relaxation;
 use crate::rows::SurfaceRow;
@@ -61,19 +54,6 @@ const LEAST_FACING: f64 = 0.05;
 /// Share of a store that is put back in a step.
 const RETURNED: f64 = 5e-5;
 
-/// What solids and fluid exchange in a step.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Exchange {
-    /// Mass that solids take from the liquid by their motion.
-    pub(crate) swept: f64,
-    /// Force and moment about the origin of coordinates on each solid, in lattice units; not kept if empty.
-    pub(crate) loads: Vec<[DVec3; 2]>,
-}
-
-fn vector(c: [i32; 3]) -> DVec3 {
-    DVec3::from(c.map(f64::from))
-}
-
 /// The matrix v v.
 pub(crate) fn outer(v: DVec3) -> DMat3 {
     DMat3::from_cols(v * v.x, v * v.y, v * v.z)
@@ -89,7 +69,7 @@ impl<T: Real> Source<'_, T> {
         }
     }
 
-    /// Lets the cells of a row meet the solids beside them.
+    /// Lets the cells of a row meet the solids beside them, and adds the mass that these take from the liquid by their motion to `swept`.
     #[inline(never)]
     pub(crate) fn meet_solids<R: Relaxation<T>>(
         &self,
@@ -100,7 +80,7 @@ impl<T: Real> Source<'_, T> {
         fill: &Fill<T>,
         f: &mut [Lanes<T>; Q],
         mass: &mut [f64; CELLS],
-        exchange: &mut Exchange,
+        swept: &mut f64,
     ) {
         let gravity = DVec3::from(physics.gravity.map(T::to_f64));
         for (k, touching) in contacts.iter().enumerate() {
@@ -111,7 +91,7 @@ impl<T: Real> Source<'_, T> {
             let interface = row.kinds.interface >> k & 1 == 1;
             let leaving: [f64; Q] = std::array::from_fn(|i| self.own[(i, cell)].to_f64());
             let density = 1.0 + leaving.iter().sum::<f64>();
-            let (mut swept, mut slid, mut slides) = (0.0, 0.0, false);
+            let (mut by_wall, mut slid, mut slides) = (0.0, 0.0, false);
             for contact in touching.iter().flatten() {
                 let mut wall = contact.velocity;
                 let mut rubbed = None;
@@ -144,10 +124,10 @@ impl<T: Real> Source<'_, T> {
                         // What the wall hands on from cell to cell: all of it together comes to nothing.
                         let handed = mirrored - leaving[opposite(i)];
                         if !interface {
-                            swept -= handed;
+                            by_wall -= handed;
                         } else if row.liquid[j] >> k & 1 == 1 {
                             mass[cell] += handed;
-                            exchange.swept -= handed;
+                            *swept -= handed;
                         }
                         continue;
                     }
@@ -155,14 +135,14 @@ impl<T: Real> Source<'_, T> {
                     let gained = 6.0 * W[i] * density * c.dot(wall);
                     f[i].0[k] = T::from_f64(leaving[opposite(i)] + gained);
                     let by_motion = 6.0 * W[i] * density * c.dot(contact.velocity);
-                    swept -= by_motion;
+                    by_wall -= by_motion;
                     slid -= gained - by_motion;
                 }
             }
             if interface {
                 continue;
             }
-            exchange.swept += swept;
+            *swept += by_wall;
             if slides {
                 let returned = RETURNED * mass[cell];
                 mass[cell] += slid - returned;
@@ -186,43 +166,6 @@ impl<T: Real> Source<'_, T> {
         let set = |bits: u8| bits >> k & 1 == 1;
         let flat = set(row.immersed[out]) && !set(row.solid[axis]) && !set(row.missing[axis]);
         flat.then_some((axis, usize::from(MIRROR[1 << normal][i])))
-    }
-
-    /// Adds up forces and moments on the solids; `f` arrive.
-    #[inline(never)]
-    pub(crate) fn load_solids(
-        &self,
-        row: &SurfaceRow,
-        first: usize,
-        contacts: &Contacts,
-        f: &[Lanes<T>; Q],
-        loads: &mut [[DVec3; 2]],
-    ) {
-        for (k, touching) in contacts.iter().enumerate() {
-            let at = || vector(self.links.coordinates(first + k).map(|n| n as i32)) + 0.5;
-            for contact in touching.iter().flatten() {
-                for i in (1..Q).filter(|i| row.solid[*i] >> k & 1 == 1) {
-                    let (arriving, leaving) =
-                        (f[i].0[k].to_f64(), self.own[(opposite(i), first + k)].to_f64());
-                    let c = vector(C[i]);
-                    let force = if contact.has(i) {
-                        (-c - contact.velocity) * leaving - (c - contact.velocity) * arriving
-                    } else if row.immersed[i] >> k & 1 == 0 {
-                        // Into the edge between a solid and a side of the domain: each bears what is across it.
-                        let borne = |a: usize| {
-                            let axis = (1..=6).find(|j| C[*j][a] != 0 && C[*j][a] == C[i][a]);
-                            f64::from(u8::from(axis.is_some_and(|j| contact.has(j))))
-                        };
-                        -c * DVec3::new(borne(0), borne(1), borne(2)) * (leaving + arriving)
-                    } else {
-                        continue;
-                    };
-                    let [total, moment] = &mut loads[contact.solid];
-                    *total += force;
-                    *moment += (at() - 0.5 * c).cross(force);
-                }
-            }
-        }
     }
 }
 

@@ -2,11 +2,11 @@
 //!
 //! Which law it is is asked once a step, not in each cell: the kernels are compiled for each.
 
-use tremie_numerics::DVec3;
 use tremie_rheology::FlowCurve;
 
 use crate::collision::{Moments, least_odd};
 use crate::grid::Grid;
+use crate::loads::Loads;
 use crate::real::Real;
 use crate::relaxation::Bingham;
 use crate::rows::Rows;
@@ -69,7 +69,7 @@ impl<T: Real> Fluid<T> {
         slot: usize,
         rows: &Rows,
         see: impl FnMut(usize, &Moments<T>, T),
-    ) -> Vec<[DVec3; 2]> {
+    ) -> Loads {
         match self {
             Self::Bingham(physics) => grid.moments(slot, rows, physics, see),
             Self::Tabulated(physics) => grid.moments(slot, rows, physics, see),

@@ -24,6 +24,7 @@ mod initial;
 mod inlet;
 mod lanes;
 mod lattice;
+mod loads;
 mod outlet;
 mod plan;
 mod plane;

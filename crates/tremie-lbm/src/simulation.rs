@@ -374,7 +374,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             self.keep_volume();
         }
         for slot in self.grid.slots() {
-            self.ledger.swept += self.findings.get(slot).map_or(0.0, |found| found.exchange.swept);
+            self.ledger.swept += self.findings.get(slot).map_or(0.0, |found| found.swept);
         }
         self.grid.solids.place(self.time, &self.scaling);
         self.grid.sweep(self.time, &mut self.ledger);

@@ -15,14 +15,13 @@
 //! is a choice by a bit, not a branch.
 
 use rayon::prelude::*;
-use tremie_numerics::DVec3;
 
 use crate::ahead::Ahead;
 use crate::collision::{COMPONENT, Held, LEAST_RESISTANCE, Moments, moments};
-use crate::contact::Exchange;
 use crate::grid::{Field, Fill, Grid, Kinds, SHARE, Shape, VELOCITY};
 use crate::lanes::{LANES, Lanes, bits};
 use crate::lattice::{C, Q, W, each_pair, opposite};
+use crate::loads::Loads;
 use crate::plane::reconstruct;
 use crate::processor::for_this_processor;
 use crate::real::{Number, Real, by_axis, larger};
@@ -70,20 +69,13 @@ pub(crate) struct Findings {
     pub(crate) any: bool,
     /// A cell whose density is out of all bounds or not a number.
     pub(crate) broken: Option<usize>,
-    /// What was exchanged with solids.
-    pub(crate) exchange: Exchange,
+    /// Mass that solids took from the liquid by their motion.
+    pub(crate) swept: f64,
 }
 
 impl Default for Findings {
     fn default() -> Self {
-        Self {
-            full: [0; ROWS],
-            empty: [0; ROWS],
-            reached: Vec::new(),
-            any: false,
-            broken: None,
-            exchange: Exchange::default(),
-        }
+        Self { full: [0; ROWS], empty: [0; ROWS], reached: Vec::new(), any: false, broken: None, swept: 0.0 }
     }
 }
 
@@ -202,8 +194,8 @@ impl<'a, T: Real> Source<'a, T> {
         }
     }
 
-    /// Makes the populations that arrived in a surface row ready to collide; `fill` and `mass` are those of the block's cells, `exchange`
-    /// what the row has to do with solids. What the cells hold ([`Held::Partly`]), and what mass they gain in this step.
+    /// Makes the populations that arrived in a surface row ready to collide; `fill` and `mass` are those of the block's cells, `swept`
+    /// is what solids take. What the cells hold ([`Held::Partly`]), and what mass they gain in this step.
     #[inline(always)]
     fn surface<R: Law<T>>(
         &self,
@@ -213,7 +205,7 @@ impl<'a, T: Real> Source<'a, T> {
         f: &mut Populations<T>,
         fill: &Fill<T>,
         mass: &mut [f64; CELLS],
-        exchange: &mut Exchange,
+        swept: &mut f64,
     ) -> ([Lanes<T>; 2], [f64; LANES]) {
         let first = first_of(row.row);
         let contacts = if row.any_immersed == 0 { [[None; 3]; LANES] } else { self.contacts(row, first) };
@@ -244,7 +236,7 @@ impl<'a, T: Real> Source<'a, T> {
         }
         let held = [held, least];
         if row.any_immersed != 0 {
-            self.meet_solids(row, first, &contacts, physics, fill, f, mass, exchange);
+            self.meet_solids(row, first, &contacts, physics, fill, f, mass, swept);
             self.pour(row, first, f, mass, &mut gain);
         }
         let wet = row.kinds.wet();
@@ -259,9 +251,6 @@ impl<'a, T: Real> Source<'a, T> {
         }
         if !Relaxation::<T>::is_newtonian(&physics.law) {
             self.yield_at_walls(row, physics, held.into(), slides, f);
-        }
-        if row.any_immersed != 0 && !exchange.loads.is_empty() {
-            self.load_solids(row, first, &contacts, f, &mut exchange.loads);
         }
         (held, gain)
     }
@@ -392,7 +381,7 @@ fn step_block<T: Real, R: Law<T>>(
     for (n, row) in rows.surface.iter().enumerate() {
         ahead.ask(rows.bulk.len() + n);
         let mut f = source.arriving(&row.beside);
-        let (held, gain) = source.surface(surface, row, physics, &mut f, fill, mass, &mut findings.exchange);
+        let (held, gain) = source.surface(surface, row, physics, &mut f, fill, mass, &mut findings.swept);
         let to = back.row_mut(usize::from(row.row));
         let mut density = Lanes::ONE;
         match change {
@@ -474,7 +463,7 @@ impl<T: Real> Grid<T> {
                 if findings.any {
                     *findings = Findings::default();
                 }
-                findings.exchange.swept = 0.0;
+                findings.swept = 0.0;
                 if !rows[slot].is_empty() {
                     let source = Source::new(topology, solids, inlets, &links[slot], front, slot);
                     let surface = Shapes::new(&links[slot], shape, slot);
@@ -510,21 +499,20 @@ impl<T: Real> Grid<T> {
         );
     }
 
-    /// The moments and the relaxation rate of every wet cell of a block, as the next collision will see them; gives force and moment on
-    /// each solid.
+    /// The moments and the relaxation rate of every wet cell of a block, as the next collision will see them; gives what walls bear.
     pub(crate) fn moments<R: Law<T>>(
         &self,
         slot: usize,
         rows: &Rows,
         physics: &Physics<T, R>,
         mut see: impl FnMut(usize, &Moments<T>, T),
-    ) -> Vec<[DVec3; 2]> {
+    ) -> Loads {
         let Self { topology, solids, inlets, links, front, fills, shape, .. } = self;
         let fill = &fills[slot];
         let source = Source::new(topology, solids, inlets, &links[slot], front, slot);
         let surface = Shapes::new(&links[slot], shape, slot);
         let mut mass = self.mass[slot].clone();
-        let mut exchange = Exchange { swept: 0.0, loads: vec![[DVec3::ZERO; 2]; solids.count()] };
+        let (mut swept, mut loads) = (0.0, Loads::new(solids.count()));
         let mut show = |f: &Populations<T>, held: Held<Lanes<T>>, row: u8, kinds: Kinds| {
             for k in (0..LANES).filter(|k| kinds.wet() >> k & 1 == 1) {
                 let f: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
@@ -533,14 +521,18 @@ impl<T: Real> Grid<T> {
             }
         };
         for row in &rows.bulk {
-            let f = source.arriving(&row.beside);
-            show(&f, Held::Whole, row.row, self.kinds[slot][usize::from(row.row)]);
+            let (f, kinds) = (source.arriving(&row.beside), self.kinds[slot][usize::from(row.row)]);
+            show(&f, Held::Whole, row.row, kinds);
+            source.bear(first_of(row.row), kinds.wet(), None, &f, &mut loads);
         }
         for row in &rows.surface {
             let mut f = source.arriving(&row.beside);
-            let (held, _) = source.surface(&surface, row, physics, &mut f, fill, &mut mass, &mut exchange);
+            let (held, _) = source.surface(&surface, row, physics, &mut f, fill, &mut mass, &mut swept);
             show(&f, held.into(), row.row, row.kinds);
+            let contacts =
+                if row.any_immersed == 0 { [[None; 3]; LANES] } else { source.contacts(row, first_of(row.row)) };
+            source.bear(first_of(row.row), row.kinds.wet(), Some((row, &contacts)), &f, &mut loads);
         }
-        exchange.loads
+        loads
     }
 }

@@ -5,8 +5,9 @@
 
 use tremie_case::Side;
 use tremie_numerics::DVec3;
-use tremie_simulation::{Cells, Fluid, Simulation, Snapshot, SolidLoad};
+use tremie_simulation::{Cells, Fluid, Simulation, Snapshot, SolidLoad, Wall, WallFace, WallLoads};
 
+use crate::loads::{Face, Loads};
 use crate::real::Real;
 use crate::simulation::LatticeBoltzmann;
 use crate::topology::{CELLS, EDGE};
@@ -32,20 +33,40 @@ impl<T: Real> LatticeBoltzmann<T> {
             domain: [self.case.domain.min, self.case.domain.max],
             symmetry: [0, 1, 2].map(|a| [symmetric(2 * a), symmetric(2 * a + 1)]),
         };
-        let mut loads = vec![[DVec3::ZERO; 2]; self.grid.solids.count()];
+        let mut loads = Loads::new(self.grid.solids.count());
         for slot in self.grid.slots() {
-            for (load, more) in loads.iter_mut().zip(self.show_block(slot, low, &mut cells)) {
-                load[0] += more[0];
-                load[1] += more[1];
-            }
+            let more = self.show_block(slot, low, &mut cells);
+            loads.add(more);
         }
         self.show_solids(low, &mut cells);
-        // The last are the plates of inlets.
-        let solids = loads.into_iter().take(self.case.solids.len()).map(|load| self.load(load)).collect();
+        let (solids, walls) = self.loads(loads, low, &cells);
         let inflow = self.inflow.iter().map(|inflow| inflow.volume).collect();
         let out = self.ledger.drained.volume * size.powi(3);
         let outflow = self.case.has_outlets().then_some(out);
-        Snapshot { time: self.time(), fluid: Fluid::Cells(cells), solids, inflow, outflow }
+        Snapshot { time: self.time(), fluid: Fluid::Cells(cells), solids, walls, inflow, outflow }
+    }
+
+    /// What solids bear, and what all else does, in SI units.
+    fn loads(&self, loads: Loads, low: [usize; 3], cells: &Cells) -> (Vec<SolidLoad>, WallLoads) {
+        let mut solids: Vec<SolidLoad> = loads.solids.into_iter().map(|load| self.load(load)).collect();
+        // The last are the plates of inlets.
+        let inlets = solids.split_off(self.case.solids.len());
+        let of_case = |face: &Face| !matches!(face.wall, Wall::Solid(n) if n >= solids.len());
+        let size = self.scaling.cell_size;
+        let seen = |face: Face| {
+            let [i, j, k] = [0, 1, 2].map(|a| face.at[a] as usize - low[a]);
+            WallFace {
+                wall: face.wall,
+                cell: self.case.domain.min + face.at * size,
+                normal: face.normal,
+                fill: cells.fill[cells.index(i, j, k)],
+                area: face.area * size * size,
+                force: face.force * self.scaling.stress_unit() * size * size,
+            }
+        };
+        let faces = loads.faces.into_iter().filter(of_case).map(seen).collect();
+        let sides = loads.sides.map(|load| self.load(load));
+        (solids, WallLoads { sides, inlets, faces })
     }
 
     /// Force and moment in SI units; on the lattice the moment is about the domain's lower corner.
@@ -79,7 +100,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         }
     }
 
-    fn show_block(&self, slot: usize, low: [usize; 3], cells: &mut Cells) -> Vec<[DVec3; 2]> {
+    fn show_block(&self, slot: usize, low: [usize; 3], cells: &mut Cells) -> Loads {
         let pressure_unit = self.scaling.stress_unit();
         let velocity_unit = self.scaling.velocity_unit();
         let rate_unit = 1.0 / self.scaling.time_step;

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use tremie_output::state::State;
 
 use crate::folder::RunFolder;
-use crate::gauges::TargetTime;
+use crate::gauges::{Peak, TargetTime};
 use crate::rest::RestWatch;
 use crate::run::RunError;
 use crate::schedule::Schedule;
@@ -35,6 +35,8 @@ pub(crate) struct RunState {
     pub(crate) t500: TargetTime,
     /// What front and light gauges wait for.
     pub(crate) events: Vec<TargetTime>,
+    /// The largest pressure on each wall that is gauged.
+    pub(crate) peaks: Vec<Peak>,
     pub(crate) rest: RestWatch,
 }
 

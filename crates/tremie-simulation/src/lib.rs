@@ -28,5 +28,5 @@ pub use contract::{Breakdown, Load, RestoreError, Simulation};
 pub use folder::{FolderError, Machine, RunFolder, RunRecord};
 pub use progress::{Observer, Progress};
 pub use run::{Outcome, RunError, run};
-pub use snapshot::{Cells, Fluid, Snapshot, SolidLoad};
+pub use snapshot::{Cells, Fluid, Snapshot, SolidLoad, Wall, WallFace, WallLoads};
 pub use summary::{EndReason, Summary};

@@ -130,6 +130,7 @@ mod tests {
             levels: Vec::new(),
             fronts: Vec::new(),
             lights: Vec::new(),
+            pressures: Vec::new(),
             solids: Vec::new(),
             inflow: Vec::new(),
             outflow: None,

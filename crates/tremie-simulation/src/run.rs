@@ -177,6 +177,7 @@ impl<'a> Run<'a> {
             pictures: Schedule::default(),
             t500: TargetTime::new(T500_SPREAD),
             events: gauges.targets(),
+            peaks: gauges.no_peaks(),
             rest: RestWatch::default(),
         });
         let updates_before = simulation.load().updates;
@@ -233,6 +234,7 @@ impl<'a> Run<'a> {
         for (event, value) in self.state.events.iter_mut().zip(readings.awaited()) {
             event.update(readings.time, value);
         }
+        self.gauges.watch_pressures(&mut self.state.peaks, &readings, view);
         if let Some(rest) = &self.case.stop.rest {
             self.state.rest.update(rest, &readings);
         }
@@ -328,6 +330,7 @@ impl<'a> Run<'a> {
                 .into_iter()
                 .zip(self.state.events.iter().map(TargetTime::reached))
                 .collect(),
+            peaks: self.gauges.pressure_names().cloned().zip(self.state.peaks.iter().copied()).collect(),
             volume_error: if due > 0.0 { volume / due - 1.0 } else { 0.0 },
             steps: record.steps,
             wall: record.wall_s,

@@ -11,6 +11,8 @@ pub struct Snapshot {
     pub fluid: Fluid,
     /// What the fluid does to each solid of the case, within the domain.
     pub solids: Vec<SolidLoad>,
+    /// What it does to the sides of the domain and to inlets, and to each piece of wall.
+    pub walls: WallLoads,
     /// Volume in m3 that has come into the domain since the start, by inlet.
     pub inflow: Vec<f64>,
     /// Volume in m3 that has left the domain since the start; none where nothing can leave.
@@ -24,6 +26,47 @@ pub struct SolidLoad {
     pub force: DVec3,
     /// Moment about the origin of coordinates in N m.
     pub moment: DVec3,
+}
+
+/// What the fluid does to walls, within the domain.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct WallLoads {
+    /// Load on each side of the domain, in the order of the case's sides: all of it on walls, the part across it on planes of symmetry, and
+    /// none elsewhere.
+    pub sides: [SolidLoad; 6],
+    /// Load on each inlet: what the plate behind it bears, with what comes in thrust back on it.
+    pub inlets: Vec<SolidLoad>,
+    /// Pieces of wall, each beside one cell that holds fluid.
+    pub faces: Vec<WallFace>,
+}
+
+/// A side of the domain, or a solid, by its number in the case.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wall {
+    /// A side, in the order of the case's sides.
+    Side(usize),
+    /// A solid.
+    Solid(usize),
+}
+
+/// What the fluid in one cell does to the wall beside it.
+///
+/// Force over area is the normal stress on the wall: pressure and what the flow adds to it. On a slanted wall it means
+/// something as the sum of the forces over the sum of the areas of several faces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WallFace {
+    /// Whose wall it is.
+    pub wall: Wall,
+    /// Centre in m of the cell.
+    pub cell: DVec3,
+    /// Unit normal of the wall, into the fluid.
+    pub normal: DVec3,
+    /// Share of the cell that is filled.
+    pub fill: f64,
+    /// Area in m2 of the wall beside the cell.
+    pub area: f64,
+    /// Force in N that presses on it; pressure counts from that of the air.
+    pub force: f64,
 }
 
 /// The fluid, in the way that its method describes it.

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::gauges::{Gauges, Readings};
+use crate::gauges::{Gauges, Peak, Readings};
 
 /// Why a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,6 +46,8 @@ pub struct Summary {
     pub t500: Option<f64>,
     /// What front and light gauges wait for: its name, and the time in s at which it came, if it did.
     pub events: Vec<(String, Option<f64>)>,
+    /// Name of each pressure gauge, and the largest pressure on its wall.
+    pub peaks: Vec<(String, Peak)>,
     /// Relative change of the fluid's volume since the start of the run, apart from what came in and left.
     pub volume_error: f64,
     /// Time steps.
@@ -69,8 +71,12 @@ impl Summary {
             ("updates_per_second", json!(self.updates_per_second)),
         ];
         let events = self.events.iter().map(|(name, time)| (name.clone(), json!(time)));
+        let peaks = self.peaks.iter().flat_map(|(name, peak)| {
+            let values = [peak.pressure, peak.height, peak.time, peak.ratio];
+            peak_names(name).into_iter().zip(values.map(|value| json!(value)))
+        });
         let rest = rest.map(|(name, value)| (name.to_owned(), value));
-        Value::Object(readings.chain(events).chain(rest).collect::<Map<_, _>>())
+        Value::Object(readings.chain(events).chain(peaks).chain(rest).collect::<Map<_, _>>())
     }
 
     /// The time in s at which that came what the gauge of the event `name` waits for, such as `front_T200_s`, if it did.
@@ -81,6 +87,11 @@ impl Summary {
     /// A summary as it stands in `summary.json` of a case with these gauges; none if something is missing in it.
     pub fn from_json(json: &Value, gauges: &Gauges) -> Option<Self> {
         let number = |name: &str| json.get(name)?.as_f64();
+        let peak = |name: &String| {
+            let [pressure, height, time, ratio] = peak_names(name).map(|name| number(&name));
+            let peak = Peak { pressure: pressure?, height: height?, time: time?, ratio: ratio? };
+            Some((name.clone(), peak))
+        };
         Some(Self {
             end_reason: EndReason::named(json.get("end_reason")?.as_str()?)?,
             readings: Readings::from_columns(number, gauges)?,
@@ -91,6 +102,7 @@ impl Summary {
                 .map(|name| (number(&name), name))
                 .map(|(t, n)| (n, t))
                 .collect(),
+            peaks: gauges.pressure_names().map(peak).collect::<Option<_>>()?,
             volume_error: number("volume_error")?,
             steps: json.get("steps")?.as_u64()?,
             wall: number("wall_s")?,
@@ -99,11 +111,16 @@ impl Summary {
     }
 }
 
+/// Names of what is told of the largest pressure on the wall of a gauge.
+fn peak_names(name: &str) -> [String; 4] {
+    ["Pa", "height_m", "s", "ratio"].map(|what| format!("pressure_{name}_max_{what}"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::SolidLoad;
-    use crate::gauges::Spread;
+    use crate::gauges::{Spread, WallPressure};
     use tremie_numerics::DVec3;
 
     #[test]
@@ -124,6 +141,10 @@ mod tests {
             levels: vec![("H1".to_owned(), 0.09)],
             fronts: vec![("T200".to_owned(), 0.4)],
             lights: vec![("tv".to_owned(), 0.5)],
+            pressures: vec![(
+                "form".to_owned(),
+                WallPressure { bands: vec![900.0, 300.0], force: 60.0, level: 0.04, ratio: 0.9 },
+            )],
             solids: vec![(
                 "gate".to_owned(),
                 SolidLoad { force: DVec3::new(1.0, 2.0, 3.0), moment: DVec3::new(0.1, 0.2, 0.3) },
@@ -138,6 +159,10 @@ mod tests {
                 readings: Readings { spread, ..readings.clone() },
                 t500,
                 events: vec![("front_T200_s".to_owned(), t500), ("light_tv_s".to_owned(), None)],
+                peaks: vec![(
+                    "form".to_owned(),
+                    Peak { pressure: 950.0, height: 0.01, time: 3.0, ratio: 0.95 },
+                )],
                 volume_error: -1e-7,
                 steps: 1234,
                 wall: 4.5,

@@ -19,7 +19,7 @@ use tremie_output::state::{Array, State};
 use tremie_rheology::FlowCurve;
 use tremie_simulation::{
     Breakdown, Cells, Checkpoint, EndReason, Fluid, Load, Outcome, Progress, RestoreError, RunError,
-    RunFolder, RunRecord, Simulation, Snapshot, run,
+    RunFolder, RunRecord, Simulation, Snapshot, WallLoads, run,
 };
 
 /// Edge of a cell in m.
@@ -114,6 +114,7 @@ impl Simulation for Cake {
                 time: self.time,
                 fluid: Fluid::Cells(nothing),
                 solids: Vec::new(),
+                walls: WallLoads::default(),
                 inflow: Vec::new(),
                 outflow: None,
             };
@@ -139,6 +140,7 @@ impl Simulation for Cake {
             time: self.time,
             fluid: Fluid::Cells(cells),
             solids: Vec::new(),
+            walls: WallLoads::default(),
             inflow: Vec::new(),
             outflow: None,
         }
@@ -204,6 +206,7 @@ fn case() -> Case {
         }),
         stop: Stop { time: 1.1, rest: None, event: None },
         gauges: Gauges {
+            pressure: Vec::new(),
             interval: 0.05,
             spread: Some(SpreadGauge { centre: DVec2::ZERO }),
             level: vec![LevelGauge { name: "middle".into(), min: DVec2::ZERO, max: DVec2::splat(0.05) }],

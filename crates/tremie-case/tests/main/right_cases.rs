@@ -69,6 +69,7 @@ fn every_value_arrives_in_si_units() {
             interval: 0.02,
             spread: Some(SpreadGauge { centre: DVec2::ZERO }),
             level: Vec::new(),
+            pressure: Vec::new(),
             front: Vec::new(),
             light: Vec::new(),
         },

@@ -446,6 +446,25 @@ const WRONG_GAUGES: &[(&str, &str, usize, &str)] = &[
         36,
         "two level gauges are called `H`",
     ),
+    ("pressure = [{ name = \"form\", wall = \"left\" }]", "", 36, "there is no side or solid called `left`"),
+    (
+        "pressure = [{ name = \"form\", wall = \"x_max\", bands = 2.5 }]",
+        "",
+        36,
+        "`gauges.pressure.bands` must be a whole number",
+    ),
+    (
+        "pressure = [{ name = \"form\", wall = \"x_max\", min = [\"0 m\", \"0 m\", \"1 cm\"], max = [\"1 cm\", \"1 cm\", \"1 cm\"] }]",
+        "",
+        36,
+        "the box has no height",
+    ),
+    (
+        "pressure = [{ name = \"form\", wall = \"x_max\", max = [\"0 m\", \"0 m\", \"9 m\"] }]",
+        "",
+        36,
+        "what is measured lies outside the domain",
+    ),
     (
         "front = [{ name = \"T\", direction = \"up\", at = \"1 cm\" }]",
         "",

@@ -17,7 +17,7 @@ use tremie_case::{Case, Lattice, Side, Textbook};
 use tremie_numerics::DVec3;
 use tremie_output::state::{Array, State};
 use tremie_rheology::FlowCurve;
-use tremie_simulation::{Breakdown, Cells, Fluid, Load, RestoreError, Simulation, Snapshot};
+use tremie_simulation::{Breakdown, Cells, Fluid, Load, RestoreError, Simulation, Snapshot, WallLoads};
 
 use crate::initial::{centre, velocity_at};
 use crate::plan::{Plan, confined_gravity};
@@ -386,6 +386,7 @@ impl<const Q: usize> Simulation for Dense<Q> {
             time: self.time(),
             fluid: Fluid::Cells(cells),
             solids: Vec::new(),
+            walls: WallLoads::default(),
             inflow: Vec::new(),
             outflow: None,
         }

@@ -5,6 +5,7 @@ mod batches;
 mod conservation;
 mod friction;
 mod invariance;
+mod loads;
 mod pour;
 mod rest;
 mod solids;

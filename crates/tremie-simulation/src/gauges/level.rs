@@ -45,7 +45,7 @@ fn shares(axis: &Axis, low: f64, high: f64) -> Vec<(isize, f64)> {
 }
 
 /// Height in m of the surface in a column of cells, as a coordinate; none if the column is solid.
-fn surface(cells: &Cells, i: usize, j: usize) -> Option<f64> {
+pub(super) fn surface(cells: &Cells, i: usize, j: usize) -> Option<f64> {
     let nz = cells.count[2];
     let fill = |k: usize| cells.fill[cells.index(i, j, k)];
     let height = |k: usize| cells.origin.z + k as f64 * cells.size;

@@ -11,9 +11,11 @@ mod crossing;
 mod front;
 mod level;
 mod light;
+mod pressure;
 mod spread;
 
 pub use crossing::{TargetTime, first_crossing};
+pub use pressure::{Peak, WallPressure};
 pub use spread::{Spread, profile};
 
 use rayon::prelude::*;
@@ -26,6 +28,7 @@ use tremie_numerics::DVec3;
 use crate::plan::Plan;
 use crate::{Cells, Fluid, Snapshot, SolidLoad};
 use light::Light;
+use pressure::Pressure;
 
 /// Fill from which on a cell counts for speeds and pressure.
 const HALF_FULL: f64 = 0.5;
@@ -41,6 +44,7 @@ pub struct Gauges {
     levels: Vec<LevelGauge>,
     fronts: Vec<FrontGauge>,
     lights: Vec<Light>,
+    pressures: Vec<Pressure>,
     /// Names of the solids.
     solids: Vec<String>,
 }
@@ -76,6 +80,8 @@ pub struct Readings {
     pub fronts: Vec<(String, f64)>,
     /// Name of each light gauge, and how clear the view is, from 0 to 1.
     pub lights: Vec<(String, f64)>,
+    /// Name of each pressure gauge, and what it reads.
+    pub pressures: Vec<(String, WallPressure)>,
     /// Name of each solid of the case, and force and moment on it and its mirror images.
     pub solids: Vec<(String, SolidLoad)>,
     /// Volume in m3 that has come in since the start, by inlet.
@@ -116,6 +122,10 @@ impl Readings {
         columns.extend(self.levels.iter().map(|(name, level)| (level_column(name), *level)));
         columns.extend(self.fronts.iter().map(|(name, way)| (front_column(name), *way)));
         columns.extend(self.lights.iter().map(|(name, clear)| (light_column(name), *clear)));
+        for (name, read) in &self.pressures {
+            let values = read.bands.iter().copied().chain([read.force, read.level, read.ratio]);
+            columns.extend(pressure_columns(name, read.bands.len()).into_iter().zip(values));
+        }
         for (name, load) in &self.solids {
             let values = [load.force, load.moment].map(|v| v.to_array()).concat();
             columns.extend(load_columns(name).into_iter().zip(values));
@@ -154,6 +164,12 @@ impl Readings {
             let load = SolidLoad { force: DVec3::new(x?, y?, z?), moment: DVec3::new(mx?, my?, mz?) };
             Some((name.clone(), load))
         };
+        let pressure = |gauge: &Pressure| {
+            let columns = pressure_columns(&gauge.name, gauge.bands);
+            let mut values = columns.iter().map(|name| value(name)).collect::<Option<Vec<f64>>>()?;
+            let (ratio, level, force) = (values.pop()?, values.pop()?, values.pop()?);
+            Some((gauge.name.clone(), WallPressure { bands: values, force, level, ratio }))
+        };
         let one = |name: &String, column: fn(&str) -> String| Some((name.clone(), value(&column(name))?));
         Some(Self {
             time: value("time_s")?,
@@ -170,6 +186,7 @@ impl Readings {
             levels: gauges.levels.iter().map(|g| one(&g.name, level_column)).collect::<Option<_>>()?,
             fronts: gauges.fronts.iter().map(|g| one(&g.name, front_column)).collect::<Option<_>>()?,
             lights: gauges.lights.iter().map(|g| one(&g.name, light_column)).collect::<Option<_>>()?,
+            pressures: gauges.pressures.iter().map(pressure).collect::<Option<_>>()?,
             solids: gauges.solids.iter().map(load).collect::<Option<_>>()?,
             inflow: (0..).map_while(|n| value(&inflow_column(n))).collect(),
             outflow: value(OUTFLOW),
@@ -190,6 +207,12 @@ fn front_column(name: &str) -> String {
 /// Name of the reading of a light gauge.
 fn light_column(name: &str) -> String {
     format!("light_{name}")
+}
+
+/// Names of the readings of a pressure gauge: its bands, the force, the level and the ratio.
+fn pressure_columns(name: &str, bands: usize) -> Vec<String> {
+    let bands = (1..=bands).map(|band| format!("pressure_{name}_{band}_Pa"));
+    bands.chain(["force_N", "level_m", "ratio"].map(|what| format!("pressure_{name}_{what}"))).collect()
 }
 
 /// Names of the readings of a solid.
@@ -239,6 +262,7 @@ impl Gauges {
             levels: case.gauges.level.clone(),
             fronts: case.gauges.front.clone(),
             lights: case.gauges.light.iter().map(light).collect(),
+            pressures: case.gauges.pressure.iter().map(|gauge| Pressure::new(gauge, case)).collect(),
             solids: case.solids.iter().map(|solid| solid.name.clone()).collect(),
         }
     }
@@ -253,6 +277,24 @@ impl Gauges {
     pub(crate) fn event(&self, name: &str) -> Option<usize> {
         let fronts = self.fronts.iter().map(|gauge| &gauge.name);
         fronts.chain(self.lights.iter().map(|gauge| &gauge.name)).position(|gauge| gauge == name)
+    }
+
+    /// Keeps the largest pressure on each wall that is gauged; there are as many peaks, in the same order.
+    pub(crate) fn watch_pressures(&self, peaks: &mut [Peak], readings: &Readings, snapshot: &Snapshot) {
+        let Fluid::Cells(cells) = &snapshot.fluid;
+        for ((gauge, peak), (_, read)) in self.pressures.iter().zip(peaks).zip(&readings.pressures) {
+            gauge.watch(peak, readings.time, read, cells.density, cells.size);
+        }
+    }
+
+    /// No pressure on any of these walls yet.
+    pub(crate) fn no_peaks(&self) -> Vec<Peak> {
+        vec![Peak::default(); self.pressures.len()]
+    }
+
+    /// Names of the pressure gauges.
+    pub(crate) fn pressure_names(&self) -> impl Iterator<Item = &String> {
+        self.pressures.iter().map(|gauge| &gauge.name)
     }
 
     /// Watches for them.
@@ -290,6 +332,9 @@ impl Gauges {
             levels: self.levels.iter().map(|g| (g.name.clone(), level::measure(cells, g))).collect(),
             fronts: self.fronts.iter().map(|g| (g.name.clone(), front::measure(cells, g))).collect(),
             lights: self.lights.iter().map(|g| (g.name.clone(), g.measure(cells, snapshot.time))).collect(),
+            pressures: (self.pressures.iter())
+                .map(|g| (g.name.clone(), g.measure(cells, &snapshot.walls.faces)))
+                .collect(),
             solids: names.zip(snapshot.solids.iter().map(|load| whole_load(*load, cells))).collect(),
             inflow: snapshot.inflow.iter().map(|volume| volume * cells.copies()).collect(),
             outflow: snapshot.outflow.map(|volume| volume * cells.copies()),
@@ -310,6 +355,9 @@ impl Gauges {
             levels: names(&readings.levels).into_iter().map(level).collect(),
             fronts: names(&readings.fronts).into_iter().map(front).collect(),
             lights: names(&readings.lights).into_iter().map(light).collect(),
+            pressures: (readings.pressures.iter())
+                .map(|(name, read)| Pressure::of(name.clone(), read.bands.len()))
+                .collect(),
             solids: readings.solids.iter().map(|(name, _)| name.clone()).collect(),
             ..Self::default()
         }
@@ -380,6 +428,7 @@ impl Sums {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::WallLoads;
 
     /// A quarter of a block 0.4 m x 0.2 m x 0.25 m of fluid that turns about the z axis at 1/s; its upper cells are half
     /// full, and one of them is nearly empty and very fast.
@@ -434,6 +483,7 @@ mod tests {
             time: 0.5,
             fluid: Fluid::Cells(cells),
             solids: Vec::new(),
+            walls: WallLoads::default(),
             inflow: Vec::new(),
             outflow: None,
         };
@@ -484,6 +534,7 @@ mod tests {
             time: 0.0,
             fluid: Fluid::Cells(cells),
             solids: Vec::new(),
+            walls: WallLoads::default(),
             inflow: Vec::new(),
             outflow: None,
         });

@@ -32,6 +32,8 @@ pub(super) fn plots(evidence: &Evidence) -> anyhow::Result<Vec<Figure>> {
         profile(evidence),
         levels(evidence),
         fronts(evidence),
+        pressures(evidence),
+        pressure_history(evidence),
         speeds(evidence),
         energies(evidence),
     ];
@@ -225,6 +227,76 @@ fn lengths(
         horizontals: Vec::new(),
         verticals: Vec::new(),
     };
+    Some(drawn(&plot, caption))
+}
+
+/// What each pressure gauge has read: height against the largest and the last pressure, beside the hydrostatic one at the end.
+fn pressures(evidence: &Evidence) -> Option<anyhow::Result<Figure>> {
+    let (case, gravity) = (&evidence.case, evidence.gravity()?);
+    let weight = case.material.density * gravity;
+    let mut curves: Vec<(String, Vec<[f64; 2]>, Style)> = Vec::new();
+    for gauge in &case.gauges.pressure {
+        let [low, high] = [gauge.min.unwrap_or(case.domain.min).z, gauge.max.unwrap_or(case.domain.max).z];
+        let read = evidence.summary.readings.pressures.iter().find(|(name, _)| *name == gauge.name);
+        let (name, read) = (&gauge.name, &read?.1);
+        let height = |band: usize| low + (band as f64 + 0.5) * (high - low) / gauge.bands as f64;
+        let largest = |band: usize| {
+            let readings = evidence.readings(&format!("pressure_{name}_{}_Pa", band + 1), 1e-3)?;
+            Some([readings.iter().fold(0.0, |most: f64, p| most.max(p[1])), height(band)])
+        };
+        let wet = |point: &[f64; 2]| point[0] > 0.0;
+        let envelope: Option<Vec<[f64; 2]>> = (0..gauge.bands).map(largest).collect();
+        let last = (0..gauge.bands).map(|band| [1e-3 * read.bands[band], height(band)]).filter(wet).collect();
+        let foot = [1e-3 * weight * (read.level - low).max(0.0), low];
+        let hydrostatic = vec![foot, [0.0, read.level.max(low)]];
+        curves.push((format!("{name}, largest"), envelope?.into_iter().filter(wet).collect(), Style::Line));
+        curves.push((format!("{name}, at the end"), last, Style::Marks));
+        curves.push((format!("{name}, hydrostatic at the end"), hydrostatic, Style::Dashed));
+    }
+    if curves.is_empty() {
+        return None;
+    }
+    let plot = Plot {
+        title: "Pressure on walls",
+        x: Axis::linear("pressure [kPa]"),
+        y: Axis::linear("height [m]"),
+        curves: curves.iter().map(|(label, points, style)| Curve { label, points, style: *style }).collect(),
+        horizontals: Vec::new(),
+        verticals: Vec::new(),
+    };
+    let caption = "Normal stress on each wall, band by band over the height: the largest of the whole run, and the last. \
+        Dashed: the hydrostatic pressure under the surface beside the wall at the end.";
+    Some(drawn(&plot, caption))
+}
+
+/// The pressure on the lowest band of each gauge over time, beside the hydrostatic one at the time.
+fn pressure_history(evidence: &Evidence) -> Option<anyhow::Result<Figure>> {
+    let (case, gravity) = (&evidence.case, evidence.gravity()?);
+    let weight = case.material.density * gravity;
+    let mut curves: Vec<(String, Vec<[f64; 2]>, Style)> = Vec::new();
+    for gauge in &case.gauges.pressure {
+        let [low, high] = [gauge.min.unwrap_or(case.domain.min).z, gauge.max.unwrap_or(case.domain.max).z];
+        let (name, middle) = (&gauge.name, low + 0.5 * (high - low) / gauge.bands as f64);
+        let read = evidence.readings(&format!("pressure_{name}_1_Pa"), 1e-3)?;
+        let level = evidence.readings(&format!("pressure_{name}_level_m"), 1.0)?;
+        let hydrostatic =
+            level.into_iter().map(|[t, level]| [t, 1e-3 * weight * (level - middle).max(0.0)]).collect();
+        curves.push((format!("{name}, lowest band"), read, Style::Line));
+        curves.push((format!("{name}, hydrostatic"), hydrostatic, Style::Dashed));
+    }
+    if curves.is_empty() {
+        return None;
+    }
+    let plot = Plot {
+        title: "Pressure on walls over time",
+        x: Axis::linear("time [s]"),
+        y: Axis::linear("pressure [kPa]"),
+        curves: curves.iter().map(|(label, points, style)| Curve { label, points, style: *style }).collect(),
+        horizontals: Vec::new(),
+        verticals: Vec::new(),
+    };
+    let caption = "Normal stress on the lowest band of each wall, and the hydrostatic pressure under the surface \
+        beside the wall at the same time.";
     Some(drawn(&plot, caption))
 }
 
