@@ -117,7 +117,7 @@ name = "back"
             mm(0.0)
         ),
         stop_time: pour_time.ceil() + mix.stop_time(),
-        stop: at_rest("{}"),
+        stop: at_rest("{ speed = \"0.2 mm/s\" }"),
         intervals: [1.0, 5.0],
     };
     Ok(setup.text())

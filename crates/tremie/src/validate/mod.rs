@@ -1,7 +1,7 @@
 //! `tremie validate`: benchmarks against closed forms, published numbers and invariances.
 //!
 //! Each benchmark is a folder of `validation/`, built into the program, and a function in `scales`, `channel`, `slip`, `cavity`,
-//! `surface`, `collapse`, `l_box`, `slump` or `invariance`; `benchmark` is what they share, `flow` how they drive a simulation, `report` what is shown.
+//! `surface`, `collapse`, `l_box`, `lcpc_box`, `slump` or `invariance`; `benchmark` is what they share, `flow` how they drive a simulation, `report` what is shown.
 //! A new one is a folder, a function, and a line in `BENCHMARKS`.
 //!
 //! The references know nothing of the solver, and tolerances are fixed in the folders before the run.
@@ -13,6 +13,7 @@ mod collapse;
 mod flow;
 mod invariance;
 mod l_box;
+mod lcpc_box;
 mod profile;
 mod report;
 mod scales;
@@ -106,6 +107,7 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(collapse::block_at_rest, "block-at-rest", "case.toml"),
     benchmark!(collapse::collapse_planar_bingham, "collapse-planar-bingham", "case.toml", "reference.csv"),
     benchmark!(l_box::l_box_rest, "l-box-rest", "case.toml", "reference.csv"),
+    benchmark!(lcpc_box::lcpc_box, "lcpc-box", "case.toml", "reference.csv"),
     benchmark!(slump::cone_rigid, "cone-rigid", "case.toml"),
     benchmark!(slump::cone_lift, "cone-lift", "case.toml"),
     benchmark!(slump::gravity_current, "gravity-current", "case.toml"),
