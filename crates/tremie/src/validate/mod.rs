@@ -1,7 +1,7 @@
 //! `tremie validate`: benchmarks against closed forms, published numbers and invariances.
 //!
 //! Each benchmark is a folder of `validation/`, built into the program, and a function in `scales`, `channel`, `slip`, `cavity`,
-//! `surface`, `collapse`, `l_box`, `lcpc_box`, `slump` or `invariance`; `benchmark` is what they share, `flow` how they drive a simulation, `report` what is shown.
+//! `surface`, `collapse`, `l_box`, `lcpc_box`, `slump`, `stl` or `invariance`; `benchmark` is what they share, `flow` how they drive a simulation, `report` what is shown.
 //! A new one is a folder, a function, and a line in `BENCHMARKS`.
 //!
 //! The references know nothing of the solver, and tolerances are fixed in the folders before the run.
@@ -19,6 +19,7 @@ mod report;
 mod scales;
 mod slip;
 mod slump;
+mod stl;
 mod surface;
 mod thin_layer;
 
@@ -110,6 +111,7 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(lcpc_box::lcpc_box, "lcpc-box", "case.toml", "reference.csv"),
     benchmark!(slump::cone_rigid, "cone-rigid", "case.toml"),
     benchmark!(slump::cone_lift, "cone-lift", "case.toml"),
+    benchmark!(stl::stl_cone, "stl-cone", "case.toml"),
     benchmark!(slump::gravity_current, "gravity-current", "case.toml"),
     benchmark!(slump::slump_stiff, "slump-stiff", "case.toml", "reference.csv"),
     benchmark!(slump::slump_thesis, "slump-thesis", "case.toml"),
