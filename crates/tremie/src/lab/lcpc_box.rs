@@ -143,14 +143,20 @@ pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
         ("height h0", format!("{}, mean over {} at the back", mm(height), mm(BACK))),
         (
             "yield stress from L",
-            format!("{pascals}, by the balance of weight and friction; given: {} Pa", significant(yield_stress)),
+            format!(
+                "{pascals}, by the balance of weight and friction; given: {} Pa",
+                significant(yield_stress)
+            ),
         ),
     ];
     if yield_stress > 0.0 {
         let state = channel.at_rest(yield_stress, density);
         rows.push(("by the formula", format!("L {}, h0 {}", mm(state.length), mm(state.height))));
     }
-    rows.push(("", "(Roussel 2007; for slow pouring, and a layer that is long against its height:".to_owned()));
+    rows.push((
+        "",
+        "(Roussel 2007; for slow pouring, and a layer that is long against its height:".to_owned(),
+    ));
     rows.push(("", format!("here h0 over L {:.2})", height / spread)));
     rows.extend(doubts.iter().map(|doubt| ("doubtful", doubt.clone())));
     rows.push(("dimensions", "from memory of Roussel (2007)".to_owned()));

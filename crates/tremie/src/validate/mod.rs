@@ -1,6 +1,6 @@
 //! `tremie validate`: benchmarks against closed forms, published numbers and invariances.
 //!
-//! Each benchmark is a folder of `validation/`, built into the program, and a function in `scales`, `channel`, `slip`, `cavity`,
+//! Each benchmark is a folder of `validation/`, built into the program, and a function in `scales`, `channel`, `pipe`, `slip`, `cavity`,
 //! `surface`, `collapse`, `l_box`, `lcpc_box`, `slump`, `stl` or `invariance`; `benchmark` is what they share, `flow` how they drive a simulation, `report` what is shown.
 //! A new one is a folder, a function, and a line in `BENCHMARKS`.
 //!
@@ -14,6 +14,7 @@ mod flow;
 mod invariance;
 mod l_box;
 mod lcpc_box;
+mod pipe;
 mod profile;
 mod report;
 mod scales;
@@ -86,6 +87,7 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(channel::couette_bingham, "couette-bingham", "case.toml"),
     benchmark!(channel::couette_return, "couette-return", "case.toml"),
     benchmark!(channel::film_newtonian, "film-newtonian", "case.toml"),
+    benchmark!(pipe::pipe_bingham, "pipe-bingham", "case.toml", "reference.csv"),
     benchmark!(slip::slip_newtonian, "slip-newtonian", "case.toml"),
     benchmark!(slip::slip_bingham, "slip-bingham", "case.toml"),
     benchmark!(slip::wall_law, "wall-law", "case.toml"),

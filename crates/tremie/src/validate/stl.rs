@@ -43,7 +43,9 @@ fn slumped(case: Case) -> anyhow::Result<Slumped> {
 /// The case with its mould from an STL file.
 fn drawn(case: &Case) -> anyhow::Result<Case> {
     let [mould] = case.solids.as_slice() else { bail!("the case has not one solid") };
-    let Body::Shape(shell @ Shape::ConeShell { .. }) = &mould.body else { bail!("the mould is no cone_shell") };
+    let Body::Shape(shell @ Shape::ConeShell { .. }) = &mould.body else {
+        bail!("the mould is no cone_shell")
+    };
     let folder = tempfile::tempdir()?;
     std::fs::write(folder.path().join("mould.stl"), ascii_stl(shell))?;
     let lines = case.text.lines().map(|line| {

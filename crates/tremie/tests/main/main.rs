@@ -189,7 +189,8 @@ fn the_laboratory_lets_a_box_flow_through_bars() {
 fn the_laboratory_pours_into_a_channel_and_tells_the_yield_stress() {
     let place = tempfile::tempdir().unwrap();
     // Stiff, thin and poured fast, on cells that are far too coarse.
-    let mix = ["--cell-size", "20mm", "--yield-stress", "150Pa", "--viscosity", "10Pa.s", "--pour-time", "5s"];
+    let mix =
+        ["--cell-size", "20mm", "--yield-stress", "150Pa", "--viscosity", "10Pa.s", "--pour-time", "5s"];
     let told = done(place.path(), &[&["lab", "lcpc-box", "--quiet"], &mix[..]].concat());
     for word in ["spread L", "yield stress from L", "given: 150 Pa", "from memory", "came to rest"] {
         assert!(told.contains(word), "{word}: {told}");
@@ -589,7 +590,8 @@ fn a_new_case_is_ready_to_run_and_replaces_nothing() {
             "cavity",
             "slab",
             "beam",
-            "wall"
+            "wall",
+            "l-form"
         ]
     );
     for name in &names {
@@ -598,6 +600,11 @@ fn a_new_case_is_ready_to_run_and_replaces_nothing() {
         let ready = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../cases/{name}/case.toml"));
         assert!(fs::read(place.join(format!("{name}.toml"))).unwrap() == fs::read(ready).unwrap());
     }
+    // What a case names comes along, and replaces nothing either.
+    done(place, &["check", "l-form.toml"]);
+    fs::remove_file(place.join("l-form.toml")).unwrap();
+    refused(place, &["new", "l-form"], &["form.stl exists already", "--force"]);
+    assert!(!place.join("l-form.toml").exists());
     fs::write(place.join("mine.toml"), "mine").unwrap();
     refused(place, &["new", "drop", "mine.toml"], &["mine.toml exists already", "--force"]);
     assert_eq!(fs::read_to_string(place.join("mine.toml")).unwrap(), "mine");
