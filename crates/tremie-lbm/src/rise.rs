@@ -1,7 +1,7 @@
 //! Inlets that stay above the fill, as a hose that is drawn up while the form fills.
 //!
 //! The level around a face is looked at every few steps, and the face then rises straight and evenly, no faster than it may, so that its lowest
-//! point comes to be where it should. It never goes down. The way to there is all that has to be kept.
+//! point comes to be where it should. It never goes down, nor out of the domain. The way to there is all that has to be kept.
 
 use tremie_geometry::{Face, Motion, Waypoint};
 use tremie_numerics::DVec3;
@@ -13,20 +13,24 @@ use crate::topology::AIR;
 /// Fill up to which a cell is the last of a column of fluid.
 const HALF_FULL: f64 = 0.5;
 
+/// Cells between a face and the upper side of the domain, of which the last may be open.
+const CLEAR: f64 = 2.0;
+
 /// The way of a face: time in s and height in m above where it is drawn, from and to; none if it has not risen yet.
 pub(crate) type Rise = Option<[[f64; 2]; 2]>;
 
 impl<T: Real> Grid<T> {
     /// Lets the inlets that stay above the fill rise, from a time in s on, to where they should be after `interval` s, or as soon as they may.
     pub(crate) fn raise_inlets(&mut self, time: f64, interval: f64) {
+        let top = self.solids.corner().z + (self.topology.cells[2] as f64 - CLEAR) * self.solids.size();
         for n in 0..self.inlets.all.len() {
             let inlet = &self.inlets.all[n];
             let Some(above) = inlet.inlet.above_fill else { continue };
             let now = inlet.inlet.motion.offset(time);
             let face = inlet.face(now);
             let lowest = face.bounds(0.0).0.z;
-            let way =
-                self.level_around(&face).map_or(0.0, |level| (level + above.distance - lowest).max(0.0));
+            let due = self.level_around(&face).map_or(lowest, |level| (level + above.distance).min(top));
+            let way = (due - lowest).max(0.0);
             let end = time + (way / above.speed).max(interval);
             self.redirect(n, Some([[time, now.z], [end, now.z + way]]));
         }

@@ -174,6 +174,21 @@ fn a_hose_is_drawn_up_as_the_tank_fills() {
 }
 
 #[test]
+fn a_hose_that_is_drawn_up_stays_in_the_domain() {
+    // The concrete comes to stand 80 mm high; 120 mm above it is beyond the tank.
+    let hose = drawn_up("1 m/s").replace("40 mm", "120 mm");
+    let case = case(&tank("z_max = \"open\"", &hose, "f64"));
+    let mut simulation = advanced(&case, 0);
+    while simulation.time() < 2.5 {
+        advance(&mut *simulation, 100);
+    }
+    let snapshot = simulation.snapshot();
+    assert!((snapshot.inflow[0] / (1e-3 * simulation.time()) - 1.0).abs() < 1e-12, "{}", snapshot.inflow[0]);
+    let end = &simulation.save().header["rises"][0][1][1];
+    assert!((end.as_f64().unwrap() - 0.1).abs() < 1e-12, "{end}");
+}
+
+#[test]
 fn an_inlet_ends_by_time_or_by_volume() {
     for (end, expected) in [("start = \"0.1 s\"\nstop = \"0.4 s\"", 0.3e-3), ("volume = \"0.25 l\"", 0.25e-3)]
     {
