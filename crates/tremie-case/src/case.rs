@@ -119,6 +119,8 @@ pub struct Inlet {
     pub face: Face,
     /// Where it is at a time, from there.
     pub motion: Motion,
+    /// How it is drawn up as the fill rises, if it is; it then has no motion of its own.
+    pub above_fill: Option<AboveFill>,
     /// Volume that comes through the whole face in m3/s.
     pub flow_rate: f64,
     /// Time in s from which on it comes.
@@ -129,6 +131,15 @@ pub struct Inlet {
     pub volume: f64,
     /// The batch that the fluid belongs to, if it is to be followed.
     pub batch: Option<String>,
+}
+
+/// A face that stays above the fill: its lowest point rises with the level around it, and never goes down.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AboveFill {
+    /// Least height in m above the level.
+    pub distance: f64,
+    /// Largest speed in m/s at which it rises.
+    pub speed: f64,
 }
 
 impl Inlet {

@@ -5,8 +5,8 @@ use tremie_numerics::DVec3;
 use tremie_rheology::{FlowCurve, Regularisation};
 
 use crate::case::{
-    Case, Collision, Domain, FluidRegion, Inlet, Lattice, Lbm, Method, PressureGauge, Side, Solid, Stepping,
-    Surface,
+    AboveFill, Case, Collision, Domain, FluidRegion, Inlet, Lattice, Lbm, Method, PressureGauge, Side, Solid,
+    Stepping, Surface,
 };
 use crate::document::Document;
 use crate::fault::Fault;
@@ -517,12 +517,50 @@ fn inlet(inlet: &Inlet, path: &str, case: &Case, document: &Document<'_>) -> Res
         .related(document.find("stop.time"), "the end of the run"));
     }
     forwards(&inlet.motion, path, document)?;
+    if let Some(above) = inlet.above_fill {
+        above_fill(&above, path, case, document)?;
+    }
     let (min, max) = inlet.face.bounds(0.0);
     let (low, high) = inlet.motion.range(inlet.start, case.stop.time);
     // A face along a side of the domain has no thickness to meet it with.
     let touch = 0.5 * lbm.cell_size;
     let problem = "this inlet lies outside the domain from the start to the end of the run";
     meets((min + low - touch, max + high + touch), &case.domain, problem, path, document)
+}
+
+/// An inlet that stays above the fill has no other motion, knows where up is, and keeps clear of the fluid.
+fn above_fill(above: &AboveFill, path: &str, case: &Case, document: &Document<'_>) -> Result<(), Fault> {
+    let key = format!("{path}.above_fill");
+    if let Some(motion) = document.find(&format!("{path}.motion")) {
+        return Err(Fault::new(
+            document.locate(&key),
+            "the inlet moves with the fill and by a motion of its own",
+            "keep only one of them",
+        )
+        .related(Some(motion), "its motion"));
+    }
+    let gravity = case.domain.gravity;
+    if gravity.x != 0.0 || gravity.y != 0.0 || gravity.z >= 0.0 {
+        return Err(Fault::new(
+            document.locate(&key),
+            "nothing is above the fill where gravity does not point straight down",
+            "leave this out, or let gravity point along -z",
+        )
+        .related(document.find("domain.gravity"), "the gravity"));
+    }
+    let Method::Lbm(lbm) = &case.method;
+    if above.distance < lbm.cell_size * (1.0 - CELL_TOLERANCE) {
+        return Err(Fault::new(
+            document.locate(&format!("{key}.distance")),
+            "the inlet is less than a cell above the fill",
+            format!(
+                "write \"{} m\" at least (better some cells more), or smaller cells",
+                tidy(lbm.cell_size)
+            ),
+        )
+        .related(document.find("lbm.cell_size"), "the cell size"));
+    }
+    Ok(())
 }
 
 /// A path goes forwards in time.

@@ -13,9 +13,9 @@ use tremie_rheology::{FlowCurve, Regularisation};
 
 use crate::bars;
 use crate::case::{
-    Case, Collision, Domain, FluidRegion, FrontGauge, Gauges, Inlet, Lattice, Lbm, LevelGauge, LightGauge,
-    Material, Method, Outlet, Output, Precision, Preset, PressureGauge, Rest, Role, Side, Solid, SpreadGauge,
-    Stepping, Stop, Surface,
+    AboveFill, Case, Collision, Domain, FluidRegion, FrontGauge, Gauges, Inlet, Lattice, Lbm, LevelGauge,
+    LightGauge, Material, Method, Outlet, Output, Precision, Preset, PressureGauge, Rest, Role, Side, Solid,
+    SpreadGauge, Stepping, Stop, Surface,
 };
 use crate::describe::object;
 use crate::document::{
@@ -535,8 +535,24 @@ const INLET: Section<Inlet> = {
     );
     const MOTION_KEY: Maybe<Section<Motion>> =
         maybe("motion", "how the face moves; it rests if this is absent", MOTIONS);
+    const ABOVE_FILL_KEY: Maybe<Section<AboveFill>> = maybe(
+        "above_fill",
+        "draws the face straight up as the fill rises, instead of a motion; it never goes down",
+        ABOVE_FILL,
+    );
     Section {
-        keys: &[&FACES, &FLOW_RATE, &INFLOW_SPEED, &RATE, &START, &END, &VOLUME, &MOTION_KEY, &BATCH],
+        keys: &[
+            &FACES,
+            &FLOW_RATE,
+            &INFLOW_SPEED,
+            &RATE,
+            &START,
+            &END,
+            &VOLUME,
+            &MOTION_KEY,
+            &ABOVE_FILL_KEY,
+            &BATCH,
+        ],
         example: &[
             "disc = { centre = [\"0.2 m\", \"0.2 m\", \"0.25 m\"], direction = [0, 0, -1], diameter = \"80 mm\" }",
             "flow_rate = \"1 l/s\"",
@@ -559,12 +575,24 @@ const INLET: Section<Inlet> = {
                 face,
                 flow_rate,
                 motion: t.maybe(&MOTION_KEY)?.unwrap_or(Motion::REST),
+                above_fill: t.maybe(&ABOVE_FILL_KEY)?,
                 start: t.or(&START)?,
                 stop: t.maybe(&END)?.unwrap_or(f64::INFINITY),
                 volume: t.maybe(&VOLUME)?.unwrap_or(f64::INFINITY),
                 batch: t.maybe(&BATCH)?,
             })
         },
+    }
+};
+
+const ABOVE_FILL: Section<AboveFill> = {
+    const DISTANCE: Need<Quantity> =
+        need("distance", "height of the face's lowest point above the level around it", LENGTH);
+    const RISE: Or<Quantity> = or("speed", "\"50 mm/s\"", "largest speed at which it rises", SPEED);
+    Section {
+        keys: &[&DISTANCE, &RISE],
+        example: &["distance = \"100 mm\""],
+        read: |t| Ok(AboveFill { distance: t.need(&DISTANCE)?, speed: t.or(&RISE)? }),
     }
 };
 

@@ -34,14 +34,14 @@ const CLOSED: f64 = 1e-3;
 /// The inlets of a case.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Inlets {
-    all: Vec<Inlet>,
+    pub(crate) all: Vec<Inlet>,
     /// Cells that fluid comes into in the coming step, in the order of their slots.
     mouths: Vec<Mouth>,
 }
 
 #[derive(Debug, Clone)]
-struct Inlet {
-    inlet: tremie_case::Inlet,
+pub(crate) struct Inlet {
+    pub(crate) inlet: tremie_case::Inlet,
     /// The links across its face, where it was when they were last looked for.
     links: Option<Links>,
 }
@@ -116,7 +116,8 @@ impl Inlet {
         (inlet.flow_rate * open.max(0.0)).min(inlet.volume - whole).max(0.0)
     }
 
-    fn face(&self, offset: DVec3) -> Face {
+    /// Its face, so far from where it is drawn.
+    pub(crate) fn face(&self, offset: DVec3) -> Face {
         Face { centre: self.inlet.face.centre + offset, ..self.inlet.face }
     }
 }

@@ -31,6 +31,7 @@ mod plane;
 mod processor;
 mod real;
 mod relaxation;
+mod rise;
 mod rows;
 mod scaling;
 mod simulation;

@@ -133,7 +133,10 @@ fn fluid_height(case: &Case, direction: DVec3) -> f64 {
         // What comes in falls to the end of the domain, and may rise to where it comes in.
         let end = DVec3::select(direction.cmpgt(DVec3::ZERO), case.domain.max, case.domain.min);
         let (min, max) = inlet.face.bounds(0.0);
-        let (first, last) = inlet.motion.range(inlet.start, case.stop.time);
+        let (first, mut last) = inlet.motion.range(inlet.start, case.stop.time);
+        if inlet.above_fill.is_some() {
+            last.z = f64::INFINITY;
+        }
         for corner in [min + first, max + last, end] {
             let corner = corner.clamp(case.domain.min, case.domain.max);
             (low, high) = (low.min(corner), high.max(corner));
@@ -160,8 +163,9 @@ pub(crate) fn inflow_speed(case: &Case, time: f64) -> f64 {
     for inlet in &case.inlets {
         let start = inlet.flow_rate / inlet.face.area();
         for t in times.iter().filter(|t| (inlet.start..=inlet.end().min(case.stop.time)).contains(*t)) {
-            let height = (end - inlet.face.centre - inlet.motion.offset(*t)).dot(down) - level(case, *t);
-            fastest = fastest.max((start * start + 2.0 * gravity.length() * height.max(0.0)).sqrt());
+            let drawn = (end - inlet.face.centre - inlet.motion.offset(*t)).dot(down) - level(case, *t);
+            let height = drawn.max(inlet.above_fill.map_or(0.0, |above| above.distance));
+            fastest = fastest.max((start * start + 2.0 * gravity.length() * height).sqrt());
         }
     }
     fastest

@@ -29,6 +29,8 @@ use crate::topology::{Boundary, CELLS, EDGE, Topology};
 const CRUMBS: u64 = 32;
 const DRY: u64 = 256;
 const REPAY: u64 = 1000;
+/// Steps between looks at the level below inlets that stay above it.
+const LOOK: u64 = 32;
 /// Share of the mass that solids hold by their motion that is given back whenever crumbs are looked for.
 const SETTLED: f64 = 0.1;
 
@@ -389,6 +391,9 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             self.repay();
         }
         self.grid.find_values();
+        if self.steps.is_multiple_of(LOOK) && self.case.pours(self.time) {
+            self.grid.raise_inlets(self.time, LOOK as f64 * self.scaling.time_step);
+        }
         self.arrange();
         Ok(())
     }
@@ -439,6 +444,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             "poured": self.ledger.poured,
             "pressed": self.ledger.pressed,
             "drained": [[self.ledger.drained.mass, self.ledger.drained.volume]],
+            "rises": self.grid.rises(),
             "inflow": self.inflow.iter().map(|inflow| [inflow.whole, inflow.volume]).collect::<Vec<_>>(),
         });
         let arrays = vec![
@@ -474,6 +480,8 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         grid.solids.forget_all();
         let Array::F64(carried) = array("carried")? else { return Err(missing("carried")) };
         grid.load(fields, mass, kinds, carried).map_err(missing)?;
+        let rises = serde_json::from_value(state.header["rises"].clone()).map_err(|_| missing("rises"))?;
+        grid.restore_rises(rises).ok_or_else(|| missing("rises"))?;
         let seen = serde_json::from_value(state.header["speeds"].clone()).map_err(|_| missing("speeds"))?;
         let (time, time_step) = (number("time")?, number("time_step")?);
         let pairs = |name: &str| -> Result<Vec<[f64; 2]>, RestoreError> {

@@ -1,10 +1,12 @@
 //! Solids inside the domain: where they are, how fast they go, and which cells they cover.
 //!
-//! Where a solid is depends on the time alone, not on the flow: nothing of it needs to be kept. A cell is solid when its centre lies
+//! Where a solid is depends on the time alone, not on the flow: nothing of it needs to be kept. (Plates of inlets that stay above the
+//! fill are the exception; module `rise` keeps their way.) A cell is solid when its centre lies
 //! inside. That is asked again only when it may have changed: a row of cells whose centres are at least d away from a surface
 //! that moves no faster than v stays as it is for the time d/v.
 
 use tremie_case::{Case, Solid, Surface};
+use tremie_geometry::Motion;
 use tremie_numerics::DVec3;
 
 use crate::friction::Friction;
@@ -21,6 +23,8 @@ const CERTAIN: f64 = 0.999;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Solids {
     bodies: Vec<Placed>,
+    /// Number of the first plate.
+    plates: usize,
     /// Lower corner of the domain and edge of a cell in m.
     corner: DVec3,
     size: f64,
@@ -44,6 +48,15 @@ struct Placed {
     velocity: DVec3,
     /// Friction, if the fluid slides along it with any.
     friction: Option<Friction>,
+    /// Largest speed in m/s at any time, if the fluid decides how it moves.
+    follows: Option<f64>,
+}
+
+impl Placed {
+    /// Largest speed in m/s from a time in s on.
+    fn largest_speed(&self, time: f64) -> f64 {
+        self.follows.unwrap_or_else(|| self.solid.motion.largest_speed(time))
+    }
 }
 
 /// A surface that a cell is in contact with, in lattice units.
@@ -108,7 +121,8 @@ impl Solids {
     /// The solids of a case at time zero.
     pub(crate) fn new(case: &Case, scaling: &Scaling) -> Self {
         let size = scaling.cell_size;
-        let place = |(solid, bounds): (Solid, (DVec3, DVec3))| Placed {
+        let place = |(solid, bounds, follows): (Solid, (DVec3, DVec3), Option<f64>)| Placed {
+            follows,
             offset: solid.motion.offset(0.0),
             velocity: DVec3::ZERO,
             friction: Friction::new(solid.surface, scaling),
@@ -119,11 +133,12 @@ impl Solids {
             let body = inlet.face.plate(THICKNESS * size);
             let plate =
                 Solid { name: String::new(), body, motion: inlet.motion.clone(), surface: Surface::NoSlip };
-            (plate, inlet.face.bounds(THICKNESS * size))
+            (plate, inlet.face.bounds(THICKNESS * size), inlet.above_fill.map(|above| above.speed))
         });
-        let solids = case.solids.iter().map(|solid| (solid.clone(), solid.body.bounds()));
+        let solids = case.solids.iter().map(|solid| (solid.clone(), solid.body.bounds(), None));
         Self {
             bodies: solids.chain(plates).map(place).collect(),
+            plates: case.solids.len(),
             corner: case.domain.min,
             size: scaling.cell_size,
             until: Vec::new(),
@@ -142,6 +157,11 @@ impl Solids {
         !self.bodies.is_empty()
     }
 
+    /// Lets the plate of the inlet number `n` go another way from now on, on which it is where it is.
+    pub(crate) fn redirect(&mut self, n: usize, motion: Motion) {
+        self.bodies[self.plates + n].solid.motion = motion;
+    }
+
     /// Puts the solids where they are at a time in s, with the velocities that take them on in a step.
     pub(crate) fn place(&mut self, time: f64, scaling: &Scaling) {
         for body in &mut self.bodies {
@@ -150,7 +170,7 @@ impl Solids {
             body.velocity = (next - body.offset) / self.size;
             body.friction = Friction::new(body.solid.surface, scaling);
         }
-        self.still = self.bodies.iter().all(|body| body.solid.motion.largest_speed(time) == 0.0);
+        self.still = self.bodies.iter().all(|body| body.largest_speed(time) == 0.0);
     }
 
     /// Largest speed in m/s of the solids that are in the domain, or have yet to come, at a time in s or later.
@@ -159,7 +179,7 @@ impl Solids {
             let (min, max) = body.solid.swept(time, end);
             min.cmplt(upper).all() && max.cmpgt(self.corner).all()
         };
-        self.bodies.iter().filter(ahead).map(|body| body.solid.motion.largest_speed(time)).fold(0.0, f64::max)
+        self.bodies.iter().filter(ahead).map(|body| body.largest_speed(time)).fold(0.0, f64::max)
     }
 
     /// Edge of a cell in m.
@@ -287,7 +307,7 @@ impl Solids {
             for body in &self.bodies {
                 let distance = body.solid.body.signed_distance(p - body.offset);
                 bits |= u8::from(distance < 0.0) << k;
-                let speed = body.solid.motion.largest_speed(time);
+                let speed = body.largest_speed(time);
                 if speed > 0.0 {
                     until = until.min(time + CERTAIN * distance.abs() / speed);
                 }

@@ -529,8 +529,11 @@ impl<T: Real> Grid<T> {
             let mut f = source.arriving(&row.beside);
             let (held, _) = source.surface(&surface, row, physics, &mut f, fill, &mut mass, &mut swept);
             show(&f, held.into(), row.row, row.kinds);
-            let contacts =
-                if row.any_immersed == 0 { [[None; 3]; LANES] } else { source.contacts(row, first_of(row.row)) };
+            let contacts = if row.any_immersed == 0 {
+                [[None; 3]; LANES]
+            } else {
+                source.contacts(row, first_of(row.row))
+            };
             source.bear(first_of(row.row), row.kinds.wet(), Some((row, &contacts)), &f, &mut loads);
         }
         loads

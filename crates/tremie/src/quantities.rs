@@ -20,6 +20,11 @@ pub(crate) fn length(text: &str) -> Result<f64, String> {
     positive(text, Dimension::LENGTH)
 }
 
+/// A positive time, in s.
+pub(crate) fn time(text: &str) -> Result<f64, String> {
+    positive(text, Dimension::TIME)
+}
+
 /// A positive volume, in m3.
 pub(crate) fn volume(text: &str) -> Result<f64, String> {
     positive(text, Dimension::VOLUME)

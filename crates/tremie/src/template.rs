@@ -1,4 +1,4 @@
-//! `tremie new`: a commented case file to start from.
+//! `tremie new`: a commented case file to start from, with the files that it names.
 //!
 //! The templates are the ready cases in `cases/`, compiled in, so that there is one of each.
 
@@ -18,19 +18,22 @@ struct Template {
     name: &'static str,
     about: &'static str,
     text: &'static str,
+    /// Names and contents of the files that the case names; they lie beside it.
+    files: &'static [(&'static str, &'static str)],
 }
 
 macro_rules! template {
-    ($name:literal, $about:literal) => {
+    ($name:literal, $about:literal $(, $file:literal)*) => {
         Template {
             name: $name,
             about: $about,
             text: include_str!(concat!("../../../cases/", $name, "/case.toml")),
+            files: &[$(($file, include_str!(concat!("../../../cases/", $name, "/", $file))),)*],
         }
     };
 }
 
-const TEMPLATES: [Template; 10] = [
+const TEMPLATES: [Template; 11] = [
     template!("slump-flow", "a cone of concrete is let go and spreads on a plate (EN 12350-8)"),
     template!("l-box", "concrete flows under a gate and through bars along a channel (EN 12350-10)"),
     template!("planar-collapse", "a wall of concrete collapses when its forms are taken away (dam break)"),
@@ -41,6 +44,7 @@ const TEMPLATES: [Template; 10] = [
     template!("slab", "a slab is filled from a hose near its corner, in two batches (Svec)"),
     template!("beam", "a beam of RILEM is cast from a hose (Svec)"),
     template!("wall", "a wall with stiffeners is cast from a hose that rises with the concrete (Svec)"),
+    template!("l-form", "an L-shaped form from an STL file is filled from a hose", "form.stl"),
 ];
 
 #[derive(Debug, Args)]
@@ -52,7 +56,8 @@ Examples:
   tremie new slump-flow
   tremie new planar-collapse my-wall.toml
 
-Every key has a comment; edit the values, then `tremie check` and `tremie run` the file."
+Every key has a comment; edit the values, then `tremie check` and `tremie run` the file. Files that a case names, such as the STL
+file of l-form, are written beside it."
 )]
 pub(crate) struct Arguments {
     /// The experiment (see --list)
@@ -90,18 +95,27 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
 }
 
 fn write(template: &Template, path: &Path, force: bool) -> anyhow::Result<()> {
-    let refuse = |problem: String| Err(WrongInput(format!("{} {problem}", path.display())).into());
-    if path.is_dir() {
-        return refuse("is a folder; name a file to write".to_owned());
-    }
-    if path.exists() && !force {
-        return refuse("exists already; give --force to replace it, or another name".to_owned());
+    let refuse =
+        |path: &Path, problem: String| Err(WrongInput(format!("{} {problem}", path.display())).into());
+    let beside = |(name, text): &(&str, &'static str)| (path.with_file_name(name), *text);
+    let case = std::iter::once((path.to_owned(), template.text));
+    let files: Vec<(PathBuf, &str)> = case.chain(template.files.iter().map(beside)).collect();
+    for (path, _) in &files {
+        if path.is_dir() {
+            return refuse(path, "is a folder; name a file to write".to_owned());
+        }
+        if path.exists() && !force {
+            return refuse(path, "exists already; give --force to replace it, or another name".to_owned());
+        }
     }
     if let Some(folder) = path.parent().filter(|folder| *folder != Path::new("") && !folder.is_dir()) {
-        return refuse(format!("cannot be written: there is no folder {}", folder.display()));
+        return refuse(path, format!("cannot be written: there is no folder {}", folder.display()));
     }
-    if let Err(error) = tremie_output::atomic::write(path, template.text.as_bytes()) {
-        return refuse(format!("cannot be written: {}", std::error::Error::source(&error).unwrap_or(&error)));
+    for (path, text) in &files {
+        if let Err(error) = tremie_output::atomic::write(path, text.as_bytes()) {
+            let reason = std::error::Error::source(&error).unwrap_or(&error);
+            return refuse(path, format!("cannot be written: {reason}"));
+        }
     }
     let name = quoted(path);
     terminal::say(&format!(
@@ -130,7 +144,13 @@ mod tests {
 
     #[test]
     fn templates_are_right_and_so_are_their_options() {
-        for Template { name, text, .. } in TEMPLATES {
+        for Template { name, text, files, .. } in TEMPLATES {
+            let folder = tempfile::tempdir().unwrap();
+            for (name, text) in files {
+                std::fs::write(folder.path().join(name), text).unwrap();
+            }
+            let name = folder.path().join(name);
+            let name = name.to_str().unwrap();
             Case::parse(name, text).unwrap_or_else(|error| panic!("{error}"));
             let options: Vec<&str> = text
                 .lines()

@@ -197,7 +197,7 @@ fn fluid_comes_in_and_leaves() {
     let end = SLUMP_FLOW.find("[lbm]").unwrap();
     let pour = "[[inlet]]\n\
         disc = { centre = [\"0.2 m\", \"0.2 m\", \"0.3 m\"], direction = [0, 0, -2], diameter = \"80 mm\" }\n\
-        flow_rate = \"0.5 l/s\"\nstop = \"10 s\"\nbatch = \"first\"\n\
+        flow_rate = \"0.5 l/s\"\nstop = \"10 s\"\nbatch = \"first\"\nabove_fill = { distance = \"100 mm\" }\n\
         [[inlet]]\n\
         rectangle = { centre = [\"0 m\", \"0.2 m\", \"0.1 m\"], direction = [1, 0, 0], size = [\"60 mm\", \"0.1 m\"] }\n\
         speed = \"0.1 m/s\"\nstart = \"10 s\"\nvolume = \"2 l\"\nbatch = \"second\"\n\
@@ -210,6 +210,8 @@ fn fluid_comes_in_and_leaves() {
     let disc = Face { centre, direction: DVec3::NEG_Z, outline: Outline::Disc { radius: 0.04 } };
     let [first, second] = case.inlets.as_slice() else { panic!("two inlets") };
     assert_eq!((first.face, &first.motion), (disc, &Motion::REST));
+    assert_eq!(first.above_fill, Some(AboveFill { distance: 0.1, speed: 0.05 }));
+    assert_eq!(second.above_fill, None);
     assert_eq!((first.flow_rate, first.start, first.stop), (0.5e-3, 0.0, 10.0));
     assert_eq!(first.volume, f64::INFINITY);
     assert_eq!(second.face.outline, Outline::Rectangle { size: [0.06, 0.1] });

@@ -413,6 +413,34 @@ const WRONG_INLETS: &[(&str, usize, usize, &str)] = &[
         9,
         "the run ends before this inlet begins",
     ),
+    (
+        "disc = { centre = [\"0.1 m\", \"0.1 m\", \"0.2 m\"], direction = [0, 0, -1], diameter = \"80 mm\" }\nspeed = \"1 m/s\"\n\
+         motion.uniform.velocity = [\"0 m/s\", \"0 m/s\", \"0 m/s\"]\nabove_fill = { distance = \"50 mm\" }",
+        5,
+        14,
+        "keep only one of them",
+    ),
+    (
+        "disc = { centre = [\"0.1 m\", \"0.1 m\", \"0.2 m\"], direction = [0, 0, -1], diameter = \"80 mm\" }\nspeed = \"1 m/s\"\n\
+         above_fill = { distance = \"4 mm\" }",
+        4,
+        27,
+        "write \"0.005 m\" at least",
+    ),
+    (
+        "disc = { centre = [\"0.1 m\", \"0.1 m\", \"0.2 m\"], direction = [0, 0, -1], diameter = \"80 mm\" }\nspeed = \"1 m/s\"\n\
+         above_fill = { speed = \"10 mm/s\" }",
+        4,
+        14,
+        "`inlet.above_fill.distance` is missing",
+    ),
+    (
+        "disc = { centre = [\"0.1 m\", \"0.1 m\", \"0.2 m\"], direction = [0, 0, -1], diameter = \"80 mm\" }\nspeed = \"1 m/s\"\n\
+         above_fill = { distance = \"0 mm\", speed = \"10 mm/s\" }",
+        4,
+        27,
+        "must be positive",
+    ),
 ];
 
 /// An inlet that does not say how much comes in.
@@ -517,6 +545,12 @@ fn each_is_told_at_its_place(table: &str, wrong: &[(&str, usize, usize, &str)]) 
 #[test]
 fn wrong_inlets_and_outlets_are_told_at_their_place() {
     each_is_told_at_its_place("inlet", WRONG_INLETS);
+    let sideways = SLUMP_FLOW.replace("\"-9.81 m/s2\"]", "\"9.81 m/s2\"]");
+    assert_ne!(sideways, SLUMP_FLOW);
+    let hose =
+        format!("[[inlet]]\n{DOWN}\nspeed = \"1 m/s\"\nabove_fill = {{ distance = \"50 mm\" }}\n\n[lbm]");
+    let message = refusal(&sideways.replace("[lbm]", &hose)).to_string();
+    assert!(message.contains("let gravity point along -z"), "{message}");
     let outside = "box = { min = [\"2 m\", \"0 m\", \"0 m\"], max = [\"3 m\", \"1 m\", \"1 m\"] }";
     each_is_told_at_its_place("outlet", &[(outside, 2, 7, "this outlet lies outside the domain")]);
     let flat = "box = { min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"3 m\", \"0 m\", \"1 m\"] }";

@@ -108,19 +108,84 @@ fn what_comes_in_goes_out_again() {
 fn pouring_gives_the_same_bits_on_any_number_of_threads_and_after_a_restart() {
     let moving =
         HOSE.replace("83 mm", "60 mm") + "motion.uniform.velocity = [\"50 mm/s\", \"0 m/s\", \"0 m/s\"]\n";
-    let case = case(&(tank("x_max = \"open\"", &moving, "f32") + "stepping = \"adaptive\"\n"));
-    let with = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| advanced(&case, 1500).save())
-    };
-    let alone = with(1);
-    assert!(alone == with(3));
-    let saved = advanced(&case, 700).save();
-    let mut other = tremie_lbm::simulation(&case);
-    other.restore(&saved).unwrap();
-    assert!(other.save() == saved);
-    advance(&mut *other, 800);
-    assert!(other.save() == alone);
+    let open = tank("x_max = \"open\"", &moving, "f32");
+    for text in [open, tank("", &drawn_up("50 mm/s"), "f32")] {
+        let case = case(&(text + "stepping = \"adaptive\"\n"));
+        let with = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| advanced(&case, 1500).save())
+        };
+        let alone = with(1);
+        assert!(alone == with(3));
+        let saved = advanced(&case, 700).save();
+        let mut other = tremie_lbm::simulation(&case);
+        other.restore(&saved).unwrap();
+        assert!(other.save() == saved);
+        advance(&mut *other, 800);
+        assert!(other.save() == alone);
+    }
+}
+
+/// The hose from 60 mm above the floor, drawn up as the tank fills.
+fn drawn_up(speed: &str) -> String {
+    HOSE.replace("153 mm", "60 mm")
+        + &format!("above_fill = {{ distance = \"40 mm\", speed = \"{speed}\" }}\n")
+}
+
+#[test]
+fn a_hose_is_drawn_up_as_the_tank_fills() {
+    for (fast, speed) in [(true, "100 mm/s"), (false, "10 mm/s")] {
+        let case = case(&tank("", &drawn_up(speed), "f64"));
+        let mut simulation = LatticeBoltzmann::<f64>::new(&case);
+        let mut height = 0.06;
+        while simulation.time() < 2.5 {
+            advance(&mut simulation, 100);
+            let time = simulation.time();
+            let rise: Option<[[f64; 2]; 2]> =
+                serde_json::from_value(simulation.save().header["rises"][0].clone()).unwrap();
+            let [[start, from], [end, to]] = rise.unwrap();
+            let now = 0.06 + from + (to - from) * ((time - start) / (end - start)).min(1.0);
+            assert!(now >= height, "{time}: from {height} to {now}");
+            height = now;
+            let cells = cells(&simulation);
+            let column = |i: usize, j: usize| -> f64 {
+                (0..cells.count[2]).map(|k| cells.fill[cells.index(i, j, k)]).sum()
+            };
+            // Around the face, which covers the cells 5 to 11 along x and y.
+            let around = |i: usize, j: usize| !(4..=12).contains(&i) || !(3..=12).contains(&j);
+            let columns = (0..cells.count[1]).flat_map(|j| (0..cells.count[0]).map(move |i| (i, j)));
+            let level = columns.filter(|(i, j)| around(*i, *j)).map(|(i, j)| 0.01 * column(i, j));
+            let due = (level.fold(0.0, f64::max) + 0.04).max(0.06);
+            // What falls at first spreads faster than the hose may rise.
+            if fast && time > 0.5 {
+                assert!((height - due).abs() < 0.01, "{time}: {height}, and {due} is due");
+            } else if !fast {
+                assert!(height <= 0.06 + 0.01 * time, "{time}: {height}");
+            }
+            assert!(lost(&simulation).abs() < 1e-9, "{}", lost(&simulation));
+        }
+        // Fluid comes from where the face is now.
+        let cells = cells(&simulation);
+        let wet = |k: usize| (6..10).all(|i| cells.fill[cells.index(i, 7, k)] > 0.5);
+        let top = 0.01 * (0..cells.count[2]).filter(|k| wet(*k)).count() as f64;
+        assert!((top - height).abs() < 0.011, "{top} {height}");
+        assert!(if fast { height > 0.11 } else { height < 0.09 }, "{height}");
+    }
+}
+
+#[test]
+fn a_hose_that_is_drawn_up_stays_in_the_domain() {
+    // The concrete comes to stand 80 mm high; 120 mm above it is beyond the tank.
+    let hose = drawn_up("1 m/s").replace("40 mm", "120 mm");
+    let case = case(&tank("z_max = \"open\"", &hose, "f64"));
+    let mut simulation = advanced(&case, 0);
+    while simulation.time() < 2.5 {
+        advance(&mut *simulation, 100);
+    }
+    let snapshot = simulation.snapshot();
+    assert!((snapshot.inflow[0] / (1e-3 * simulation.time()) - 1.0).abs() < 1e-12, "{}", snapshot.inflow[0]);
+    let end = &simulation.save().header["rises"][0][1][1];
+    assert!((end.as_f64().unwrap() - 0.1).abs() < 1e-12, "{end}");
 }
 
 #[test]

@@ -142,6 +142,11 @@ impl Readings {
         Some(self.levels.iter().find(|(level, _)| level == name)?.1)
     }
 
+    /// How far in m the fluid has come beyond the plane of the front gauge of this name.
+    pub fn front(&self, name: &str) -> Option<f64> {
+        Some(self.fronts.iter().find(|(front, _)| front == name)?.1)
+    }
+
     /// What is read of that for which front and light gauges wait.
     pub(crate) fn awaited(&self) -> impl Iterator<Item = f64> {
         self.fronts.iter().chain(&self.lights).map(|(_, value)| *value)

@@ -46,30 +46,30 @@ fn a_of(yield_stress: f64, density: f64, width: f64) -> f64 {
 
 /// An LCPC box: concrete is poured at its back.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct LcpcBox {
+pub(crate) struct LcpcBox {
     /// Inner width and length in m.
-    width: f64,
-    length: f64,
+    pub(crate) width: f64,
+    pub(crate) length: f64,
     /// Height of its walls in m.
-    height: f64,
+    pub(crate) height: f64,
     /// Volume poured in m3.
-    volume: f64,
+    pub(crate) volume: f64,
 }
 
 /// How concrete rests in an LCPC box.
-pub(super) struct Spread {
+pub(crate) struct Spread {
     /// How far it has come in m.
-    pub(super) length: f64,
+    pub(crate) length: f64,
     /// Its height in m at the back.
-    pub(super) height: f64,
+    pub(crate) height: f64,
 }
 
 impl LcpcBox {
     /// Dimensions and volume of Roussel 2007, from memory of the paper.
-    pub(super) const STANDARD: Self = Self { width: 0.2, length: 1.2, height: 0.15, volume: 6e-3 };
+    pub(crate) const STANDARD: Self = Self { width: 0.2, length: 1.2, height: 0.15, volume: 6e-3 };
 
     /// The state at rest of a fluid of a yield stress in Pa and a density in kg/m3.
-    pub(super) fn at_rest(&self, yield_stress: f64, density: f64) -> Spread {
+    pub(crate) fn at_rest(&self, yield_stress: f64, density: f64) -> Spread {
         let a = a_of(yield_stress, density, self.width);
         let wanted = 4.0 * a * self.volume / self.width.powi(3);
         let u = turning_point(f64::MAX, |u| content(u) < wanted);
@@ -77,14 +77,14 @@ impl LcpcBox {
     }
 
     /// The yield stress in Pa at which a fluid of a density in kg/m3 spreads over `length` in m.
-    pub(super) fn yield_stress(&self, length: f64, density: f64) -> f64 {
+    pub(crate) fn yield_stress(&self, length: f64, density: f64) -> f64 {
         let section = self.width * self.width;
         let u = turning_point(f64::MAX, |u| 2.0 * self.volume * reach(u) > length * section * content(u));
         0.5 * density * GRAVITY * self.width * (self.width.powi(3) * content(u) / (4.0 * self.volume))
     }
 
     /// What of a state is out of the range of the formula, or of the box.
-    pub(super) fn warnings(&self, state: &Spread) -> Vec<String> {
+    pub(crate) fn warnings(&self, state: &Spread) -> Vec<String> {
         warnings([
             (
                 state.length > self.length,

@@ -17,6 +17,8 @@ mod stability;
 mod suspension;
 mod yield_stress;
 
+pub(crate) use channel_at_rest::LcpcBox;
+
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand};

@@ -9,6 +9,7 @@ mod emptying;
 mod inverted_cone;
 mod j_ring;
 mod l_box;
+mod lcpc_box;
 mod mini_slump;
 mod orimet;
 mod setup;
@@ -36,6 +37,8 @@ pub(crate) enum Experiment {
     Slump(slump::Arguments),
     /// L-box: passing ability of self-compacting concrete (EN 12350-10)
     LBox(l_box::Arguments),
+    /// LCPC box: yield stress of self-compacting concrete (Roussel 2007)
+    LcpcBox(lcpc_box::Arguments),
     /// J-ring: passing ability of self-compacting concrete (EN 12350-12)
     JRing(j_ring::Arguments),
     /// V-funnel: flow time of self-compacting concrete (EN 12350-9)
@@ -56,6 +59,7 @@ pub(crate) fn run(experiment: Experiment) -> anyhow::Result<ExitCode> {
         Experiment::SlumpFlow(arguments) => slump_flow::run(arguments),
         Experiment::Slump(arguments) => slump::run(arguments),
         Experiment::LBox(arguments) => l_box::run(arguments),
+        Experiment::LcpcBox(arguments) => lcpc_box::run(arguments),
         Experiment::JRing(arguments) => j_ring::run(arguments),
         Experiment::VFunnel(arguments) => v_funnel::run(arguments),
         Experiment::InvertedCone(arguments) => inverted_cone::run(arguments),
@@ -81,6 +85,7 @@ pub(crate) fn figures(name: &str, case: &Case, summary: &Summary) -> Option<Figu
         slump_flow::NAME => slump_flow::figures(case, summary),
         slump::NAME => slump::figures(case, summary),
         l_box::NAME => l_box::figures(case, summary),
+        lcpc_box::NAME => lcpc_box::figures(case, summary),
         j_ring::NAME => j_ring::figures(case, summary),
         v_funnel::NAME => v_funnel::figures(case, summary),
         inverted_cone::NAME => inverted_cone::figures(case, summary),

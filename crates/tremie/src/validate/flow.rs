@@ -81,7 +81,8 @@ impl Flow {
             let readings = self.readings();
             see(&readings);
             watch.update(&rest, &readings);
-            if watch.reached(&rest) && !self.case.solids_move(readings.time) {
+            let settled = !self.case.solids_move(readings.time) && !self.case.pours(readings.time);
+            if settled && watch.reached(&rest) {
                 return Ok(readings);
             }
             ensure!(

@@ -1,7 +1,8 @@
 //! `tremie validate`: benchmarks against closed forms, published numbers and invariances.
 //!
-//! Each benchmark is a folder of `validation/`, built into the program, and a function in `scales`, `channel`, `slip`, `cavity`,
-//! `surface`, `collapse`, `l_box`, `control_volume`, `slump` or `invariance`; `benchmark` is what they share, `flow` how they drive a simulation, `report` what is shown.
+//! Each benchmark is a folder of `validation/`, built into the program, and a function in `scales`, `channel`, `pipe`, `slip`, `cavity`,
+//! `surface`, `collapse`, `l_box`, `lcpc_box`, `control_volume`, `slump`, `stl` or `invariance`; `benchmark` is what they share, `flow` how they drive a
+//! simulation, `report` what is shown.
 //! A new one is a folder, a function, and a line in `BENCHMARKS`.
 //!
 //! The references know nothing of the solver, and tolerances are fixed in the folders before the run.
@@ -14,11 +15,14 @@ mod control_volume;
 mod flow;
 mod invariance;
 mod l_box;
+mod lcpc_box;
+mod pipe;
 mod profile;
 mod report;
 mod scales;
 mod slip;
 mod slump;
+mod stl;
 mod surface;
 mod thin_layer;
 
@@ -85,6 +89,7 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(channel::couette_bingham, "couette-bingham", "case.toml"),
     benchmark!(channel::couette_return, "couette-return", "case.toml"),
     benchmark!(channel::film_newtonian, "film-newtonian", "case.toml"),
+    benchmark!(pipe::pipe_bingham, "pipe-bingham", "case.toml", "reference.csv"),
     benchmark!(slip::slip_newtonian, "slip-newtonian", "case.toml"),
     benchmark!(slip::slip_bingham, "slip-bingham", "case.toml"),
     benchmark!(slip::slip_inclined, "slip-inclined", "case.toml"),
@@ -109,8 +114,10 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(collapse::collapse_planar_bingham, "collapse-planar-bingham", "case.toml", "reference.csv"),
     benchmark!(l_box::l_box_rest, "l-box-rest", "case.toml", "reference.csv"),
     benchmark!(control_volume::control_volume, "control-volume", "l-box.toml", "slab.toml"),
+    benchmark!(lcpc_box::lcpc_box, "lcpc-box", "case.toml", "reference.csv"),
     benchmark!(slump::cone_rigid, "cone-rigid", "case.toml"),
     benchmark!(slump::cone_lift, "cone-lift", "case.toml"),
+    benchmark!(stl::stl_cone, "stl-cone", "case.toml"),
     benchmark!(slump::gravity_current, "gravity-current", "case.toml"),
     benchmark!(slump::slump_stiff, "slump-stiff", "case.toml", "reference.csv"),
     benchmark!(slump::slump_thesis, "slump-thesis", "case.toml"),

@@ -186,6 +186,27 @@ fn the_laboratory_lets_a_box_flow_through_bars() {
 }
 
 #[test]
+fn the_laboratory_pours_into_a_channel_and_tells_the_yield_stress() {
+    let place = tempfile::tempdir().unwrap();
+    // Stiff, thin and poured fast, on cells that are far too coarse.
+    let mix =
+        ["--cell-size", "20mm", "--yield-stress", "150Pa", "--viscosity", "10Pa.s", "--pour-time", "5s"];
+    let told = done(place.path(), &[&["lab", "lcpc-box", "--quiet"], &mix[..]].concat());
+    for word in ["spread L", "yield stress from L", "given: 150 Pa", "from memory", "came to rest"] {
+        assert!(told.contains(word), "{word}: {told}");
+    }
+    let run = place.path().join("runs/lcpc-box");
+    let summary = json(&run.join("summary.json"));
+    assert!((summary["inlet1_inflow_m3"].as_f64().unwrap() / 6e-3 - 1.0).abs() < 1e-9, "{summary}");
+    assert!((summary["volume_m3"].as_f64().unwrap() / 6e-3 - 1.0).abs() < 0.01, "{summary}");
+    let number = |name: &str| summary[name].as_f64().unwrap();
+    assert!((number("spread_mm") - 1e3 * number("front_L_m")).abs() < 1e-9);
+    // The shorter the spread, the larger the yield stress.
+    assert!((75.0..300.0).contains(&number("yield_stress_from_spread_Pa")), "{summary}");
+    assert!(number("h0_mm") > 90.0 && number("h0_mm") < 150.0, "{summary}");
+}
+
+#[test]
 fn a_report_is_one_page_with_all_of_a_run() {
     let place =
         folder_with_case(&[("\"1 s\"", "\"0.6 s\""), ("Coarse slump", "Coarse <slump> & \\\"co\\\"")]);
@@ -569,7 +590,8 @@ fn a_new_case_is_ready_to_run_and_replaces_nothing() {
             "cavity",
             "slab",
             "beam",
-            "wall"
+            "wall",
+            "l-form"
         ]
     );
     for name in &names {
@@ -578,6 +600,11 @@ fn a_new_case_is_ready_to_run_and_replaces_nothing() {
         let ready = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../cases/{name}/case.toml"));
         assert!(fs::read(place.join(format!("{name}.toml"))).unwrap() == fs::read(ready).unwrap());
     }
+    // What a case names comes along, and replaces nothing either.
+    done(place, &["check", "l-form.toml"]);
+    fs::remove_file(place.join("l-form.toml")).unwrap();
+    refused(place, &["new", "l-form"], &["form.stl exists already", "--force"]);
+    assert!(!place.join("l-form.toml").exists());
     fs::write(place.join("mine.toml"), "mine").unwrap();
     refused(place, &["new", "drop", "mine.toml"], &["mine.toml exists already", "--force"]);
     assert_eq!(fs::read_to_string(place.join("mine.toml")).unwrap(), "mine");
@@ -612,6 +639,7 @@ fn every_command_has_help_with_examples() {
         &["lab", "slump-flow"],
         &["lab", "slump"],
         &["lab", "l-box"],
+        &["lab", "lcpc-box"],
         &["lab", "j-ring"],
         &["lab", "v-funnel"],
         &["lab", "inverted-cone"],
