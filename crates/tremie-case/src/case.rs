@@ -6,7 +6,7 @@ use std::sync::Arc;
 use tremie_geometry::mesh::ClosedMesh;
 use tremie_geometry::{Body, Face, Motion, Shape};
 use tremie_numerics::{DVec2, DVec3};
-use tremie_rheology::FlowCurve;
+use tremie_rheology::{FlowCurve, Thixotropy};
 
 use crate::document::Document;
 use crate::fault::{CaseError, Fault, InvalidCase};
@@ -55,6 +55,10 @@ pub struct Material {
     pub density: f64,
     /// Flow curve, of positive viscosity.
     pub curve: FlowCurve,
+    /// Whether its yield stress grows at rest; a Bingham fluid then.
+    pub thixotropy: Option<Thixotropy>,
+    /// The structure that it has at the start and where it comes in, if nothing else is said.
+    pub structure: f64,
 }
 
 /// The axis-parallel box in which the fluid flows, and what drives it.
@@ -109,6 +113,8 @@ pub struct FluidRegion {
     pub velocity: DVec3,
     /// The batch that it belongs to, if it is to be followed.
     pub batch: Option<String>,
+    /// The structure that it has, if another than the material's.
+    pub structure: Option<f64>,
 }
 
 /// A face that fluid comes in through, such as the end of a hose.
@@ -128,6 +134,8 @@ pub struct Inlet {
     pub volume: f64,
     /// The batch that the fluid belongs to, if it is to be followed.
     pub batch: Option<String>,
+    /// The structure that the fluid has, if another than the material's.
+    pub structure: Option<f64>,
 }
 
 impl Inlet {
@@ -363,6 +371,8 @@ pub struct Gauges {
     pub front: Vec<FrontGauge>,
     /// Where one sees through from above, and when.
     pub light: Vec<LightGauge>,
+    /// How the form fills.
+    pub filling: Option<FillingGauge>,
 }
 
 /// Measures the mean level of the fluid's surface over a rectangle.
@@ -402,6 +412,13 @@ pub struct LightGauge {
     pub with: Option<String>,
 }
 
+/// Watches when each place is filled, where fronts meet, where the fluid stands, and where air is caught.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FillingGauge {
+    /// Shear rate in 1/s that the fluid must not have exceeded in a dead zone since it was filled.
+    pub dead_shear_rate: f64,
+}
+
 /// Measures how far the fluid has spread.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpreadGauge {
@@ -431,6 +448,11 @@ impl Case {
             }
         }
         batches
+    }
+
+    /// The structure of fluid for which `own` is given or nothing; none if the fluid is not thixotropic.
+    pub fn structure(&self, own: Option<f64>) -> Option<f64> {
+        self.material.thixotropy.map(|_| own.unwrap_or(self.material.structure))
     }
 
     /// Whether an inlet has yet to let fluid in at a time in s.

@@ -1,4 +1,4 @@
-//! Quantities that the fluid carries along, such as the share of a batch in it.
+//! Quantities that the fluid carries along: the share of a batch in it, the structure that it has built up.
 //!
 //! Each cell holds an amount A of each quantity beside the mass M that carries it; the value is A/M. In a step the mass F that passes each link, the
 //! same that `transport` moves (positive into the cell), takes with it the value at the middle of the link,
@@ -26,8 +26,9 @@ use crate::transport::fluxes;
 
 /// Mass in cells below which a cell keeps its values: amounts so small tell none.
 const LEAST: f64 = 1e-6;
-/// The range of all values.
-const RANGE: [f64; 2] = [0.0, 1.0];
+/// The ranges of values: of shares, and of what has no upper limit.
+const SHARE: [f64; 2] = [0.0, 1.0];
+const UNLIMITED: [f64; 2] = [0.0, f64::INFINITY];
 
 /// What a block carries; quantity q of a cell is at `q CELLS + cell`.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -46,6 +47,10 @@ struct Block {
 pub(crate) struct Carried {
     /// Number of quantities.
     count: usize,
+    /// The ranges of their values.
+    ranges: Vec<[f64; 2]>,
+    /// Which of them is the structure of the fluid (module `structure`), if any.
+    structure: Option<usize>,
     /// By slot.
     blocks: Vec<Block>,
     /// Values of what each inlet brings.
@@ -58,9 +63,12 @@ fn limited(a: f64, b: f64) -> f64 {
 }
 
 impl Carried {
-    /// So many quantities; `inflow` are their values in what each inlet brings.
-    pub(crate) fn new(count: usize, inflow: Vec<Vec<f64>>) -> Self {
-        Self { count, blocks: Vec::new(), inflow }
+    /// Shares of so many batches, and the structure of the fluid if it is `structured`; `inflow` are the values in what each inlet brings.
+    pub(crate) fn new(batches: usize, structured: bool, inflow: Vec<Vec<f64>>) -> Self {
+        let mut ranges = vec![SHARE; batches];
+        ranges.extend(structured.then_some(UNLIMITED));
+        let structure = structured.then_some(batches);
+        Self { count: ranges.len(), ranges, structure, blocks: Vec::new(), inflow }
     }
 
     /// Without any fluid.
@@ -93,6 +101,23 @@ impl Carried {
     /// Value of a quantity in a cell.
     pub(crate) fn value(&self, (slot, cell): Cell, quantity: usize) -> f64 {
         self.blocks[slot].values[quantity * CELLS + cell]
+    }
+
+    /// The structure in the cells of a block; of no length where the fluid has none.
+    pub(crate) fn structure(&self, slot: usize) -> &[f64] {
+        let of = |q: usize| &self.blocks[slot].values[q * CELLS..][..CELLS];
+        self.structure.map_or(&[], of)
+    }
+
+    /// Puts another structure into the cells of a block.
+    pub(crate) fn restructure(&mut self, slot: usize, structure: &[f64]) {
+        let Some(q) = self.structure else { return };
+        let Block { amounts, values, .. } = &mut self.blocks[slot];
+        let (masses, amounts) = amounts.split_at_mut(CELLS);
+        for (cell, value) in structure.iter().enumerate() {
+            amounts[q * CELLS + cell] = masses[cell] * value;
+            values[q * CELLS + cell] = *value;
+        }
     }
 
     fn mass(&self, (slot, cell): Cell) -> f64 {
@@ -326,7 +351,8 @@ impl<T: Real> Grid<T> {
                     let (amount, value) =
                         (&mut amounts[(q + 1) * CELLS + cell], &mut values[q * CELLS + cell]);
                     if carried > LEAST {
-                        *value = (*amount / carried).clamp(RANGE[0], RANGE[1]);
+                        let [least, most] = self.carried.ranges[q];
+                        *value = (*amount / carried).clamp(least, most);
                     }
                     *amount += (mass - carried) * *value;
                 }

@@ -44,7 +44,7 @@ use crate::grid::Fill;
 use crate::lanes::Lanes;
 use crate::lattice::{C, Q, W, opposite};
 use crate::real::Real;
-use crate::relaxation::Relaxation;
+use crate::relaxation::Law;
 use crate::rows::SurfaceRow;
 use crate::solids::{Contact, Contacts};
 use crate::source::Source;
@@ -86,12 +86,13 @@ impl<T: Real> Source<'_, T> {
 
     /// Lets the cells of a row meet the solids beside them.
     #[inline(never)]
-    pub(crate) fn meet_solids<R: Relaxation<T>>(
+    pub(crate) fn meet_solids<R: Law<T>>(
         &self,
         row: &SurfaceRow,
         first: usize,
         contacts: &Contacts,
         physics: &Physics<T, R>,
+        own: &R::Own,
         fill: &Fill<T>,
         f: &mut [Lanes<T>; Q],
         mass: &mut [f64; CELLS],
@@ -118,7 +119,10 @@ impl<T: Real> Source<'_, T> {
                     density,
                     interface,
                     self.solids.air,
-                    friction.map(|f| move |stress| f.speed(T::from_f64(stress), &physics.law).to_f64()),
+                    friction.map(|f| {
+                        let law = physics.law.cell(own, k);
+                        move |stress| f.speed(T::from_f64(stress), &law).to_f64()
+                    }),
                     links().map(|i| (i, leaving[opposite(i)])),
                 );
             }

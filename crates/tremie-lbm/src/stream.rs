@@ -161,6 +161,7 @@ impl<'a, T: Real> Source<'a, T> {
         &self,
         row: &SurfaceRow,
         physics: &Physics<T, R>,
+        own: &R::Own,
         held: Held<Lanes<T>>,
         slides: [u8; 6],
         f: &mut Populations<T>,
@@ -182,7 +183,8 @@ impl<'a, T: Real> Source<'a, T> {
                 f[to] + self.own(opposite(to), first) - f[from] - self.own(opposite(from), first)
             };
             let force = [m.force[t], m.force[s]];
-            let velocity = wall_velocity(&m, stress, [taken(a, b), taken(c, d)], force, &physics.law);
+            let law = physics.law.row(own);
+            let velocity = wall_velocity(&m, stress, [taken(a, b), taken(c, d)], force, &law);
             let weight = Lanes::from_f64(1.0 / 6.0).only(flat);
             let push = [weight * velocity[0], weight * velocity[1]];
             f[a] += push[0];
@@ -203,13 +205,14 @@ impl<'a, T: Real> Source<'a, T> {
     }
 
     /// Makes the populations that arrived in a surface row ready to collide; `fill` and `mass` are those of the block's cells, `exchange`
-    /// what the row has to do with solids. What the cells hold ([`Held::Partly`]), and what mass they gain in this step.
+    /// what the row has to do with solids, `own` what its flow curves have of their own. What the cells hold ([`Held::Partly`]), and what mass they gain in this step.
     #[inline(always)]
     fn surface<R: Law<T>>(
         &self,
         surface: &Shapes<'_, T>,
         row: &SurfaceRow,
         physics: &Physics<T, R>,
+        own: &R::Own,
         f: &mut Populations<T>,
         fill: &Fill<T>,
         mass: &mut [f64; CELLS],
@@ -244,7 +247,7 @@ impl<'a, T: Real> Source<'a, T> {
         }
         let held = [held, least];
         if row.any_immersed != 0 {
-            self.meet_solids(row, first, &contacts, physics, fill, f, mass, exchange);
+            self.meet_solids(row, first, &contacts, physics, own, fill, f, mass, exchange);
             self.pour(row, first, f, mass, &mut gain);
         }
         let wet = row.kinds.wet();
@@ -255,10 +258,10 @@ impl<'a, T: Real> Source<'a, T> {
         }
         let mut slides = [slides; 6];
         if self.rubs {
-            self.slide_at_walls(row, &contacts, physics, held.into(), f, &mut slides);
+            self.slide_at_walls(row, &contacts, physics, own, held.into(), f, &mut slides);
         }
-        if !Relaxation::<T>::is_newtonian(&physics.law) {
-            self.yield_at_walls(row, physics, held.into(), slides, f);
+        if !physics.law.row(own).is_newtonian() {
+            self.yield_at_walls(row, physics, own, held.into(), slides, f);
         }
         if row.any_immersed != 0 && !exchange.loads.is_empty() {
             self.load_solids(row, first, &contacts, f, &mut exchange.loads);
@@ -296,7 +299,8 @@ fn step_bulk<T: Real, R: Law<T>>(
             source.arrive(&row.beside, &mut f.0, half);
         }
         let mut density = [[T::ONE; LANES]; 2];
-        collide_pair_here(&f, physics, &mut to, &mut density);
+        let own = [0, 1].map(|half| physics.law.own(source.structure, first_of(pair[half % pair.len()].row)));
+        collide_pair_here(&f, &own, physics, &mut to, &mut density);
         for (half, row) in pair.iter().enumerate() {
             let post = |i: usize| to.0[i][half];
             back.put_row(usize::from(row.row), post, past_caches);
@@ -384,7 +388,8 @@ fn step_block<T: Real, R: Law<T>>(
             for row in &rows.bulk {
                 let f = source.arriving(&row.beside);
                 let to = back.row_mut(usize::from(row.row));
-                let density = rescale_row(&f, Held::Whole, physics, factor, to);
+                let own = physics.law.own(source.structure, first_of(row.row));
+                let density = rescale_row(&f, Held::Whole, &own, physics, factor, to);
                 look_over(row.row, density, findings);
             }
         }
@@ -392,12 +397,14 @@ fn step_block<T: Real, R: Law<T>>(
     for (n, row) in rows.surface.iter().enumerate() {
         ahead.ask(rows.bulk.len() + n);
         let mut f = source.arriving(&row.beside);
-        let (held, gain) = source.surface(surface, row, physics, &mut f, fill, mass, &mut findings.exchange);
+        let own = physics.law.own(source.structure, first_of(row.row));
+        let (held, gain) =
+            source.surface(surface, row, physics, &own, &mut f, fill, mass, &mut findings.exchange);
         let to = back.row_mut(usize::from(row.row));
         let mut density = Lanes::ONE;
         match change {
-            None => collide_partly_here(&f, &held, physics, to, &mut density),
-            Some(factor) => density = rescale_row(&f, held.into(), physics, factor, to),
+            None => collide_partly_here(&f, &held, &own, physics, to, &mut density),
+            Some(factor) => density = rescale_row(&f, held.into(), &own, physics, factor, to),
         }
         look_over(row.row, density, findings);
         if row.kinds.interface == 0 {
@@ -465,7 +472,7 @@ impl<T: Real> Grid<T> {
     ) {
         findings.resize(self.len(), Findings::default());
         let past_caches = self.slots().count() * 2 * size_of::<Field<T>>() > CACHES;
-        let Self { topology, solids, inlets, links, front, back, fills, shape, mass, .. } = self;
+        let Self { topology, solids, inlets, links, front, back, fills, shape, mass, carried, .. } = self;
         (back.par_iter_mut(), fills.par_iter_mut(), mass.par_iter_mut(), findings.par_iter_mut())
             .into_par_iter()
             .enumerate()
@@ -476,7 +483,8 @@ impl<T: Real> Grid<T> {
                 }
                 findings.exchange.swept = 0.0;
                 if !rows[slot].is_empty() {
-                    let source = Source::new(topology, solids, inlets, &links[slot], front, slot);
+                    let source = Source::new(topology, solids, inlets, &links[slot], front, slot)
+                        .with(carried.structure(slot));
                     let surface = Shapes::new(&links[slot], shape, slot);
                     let ahead = Ahead::of(slot, rows, links, front, shape);
                     let mut block = Block { back, fill, mass };
@@ -519,27 +527,31 @@ impl<T: Real> Grid<T> {
         physics: &Physics<T, R>,
         mut see: impl FnMut(usize, &Moments<T>, T),
     ) -> Vec<[DVec3; 2]> {
-        let Self { topology, solids, inlets, links, front, fills, shape, .. } = self;
+        let Self { topology, solids, inlets, links, front, fills, shape, carried, .. } = self;
         let fill = &fills[slot];
-        let source = Source::new(topology, solids, inlets, &links[slot], front, slot);
+        let source =
+            Source::new(topology, solids, inlets, &links[slot], front, slot).with(carried.structure(slot));
         let surface = Shapes::new(&links[slot], shape, slot);
         let mut mass = self.mass[slot].clone();
         let mut exchange = Exchange { swept: 0.0, loads: vec![[DVec3::ZERO; 2]; solids.count()] };
-        let mut show = |f: &Populations<T>, held: Held<Lanes<T>>, row: u8, kinds: Kinds| {
+        let mut show = |f: &Populations<T>, held: Held<Lanes<T>>, own: &R::Own, row: u8, kinds: Kinds| {
             for k in (0..LANES).filter(|k| kinds.wet() >> k & 1 == 1) {
                 let f: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
                 let m = moments(&f, held.of(k), physics.gravity);
-                see(first_of(row) + k, &m, m.omega(&physics.law));
+                see(first_of(row) + k, &m, m.omega(&physics.law.cell(own, k)));
             }
         };
         for row in &rows.bulk {
             let f = source.arriving(&row.beside);
-            show(&f, Held::Whole, row.row, self.kinds[slot][usize::from(row.row)]);
+            let own = physics.law.own(source.structure, first_of(row.row));
+            show(&f, Held::Whole, &own, row.row, self.kinds[slot][usize::from(row.row)]);
         }
         for row in &rows.surface {
             let mut f = source.arriving(&row.beside);
-            let (held, _) = source.surface(&surface, row, physics, &mut f, fill, &mut mass, &mut exchange);
-            show(&f, held.into(), row.row, row.kinds);
+            let own = physics.law.own(source.structure, first_of(row.row));
+            let (held, _) =
+                source.surface(&surface, row, physics, &own, &mut f, fill, &mut mass, &mut exchange);
+            show(&f, held.into(), &own, row.row, row.kinds);
         }
         exchange.loads
     }

@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
+use crate::filling::FillingFigures;
 use crate::gauges::{Gauges, Readings};
 
 /// Why a run ended.
@@ -46,6 +47,8 @@ pub struct Summary {
     pub t500: Option<f64>,
     /// What front and light gauges wait for: its name, and the time in s at which it came, if it did.
     pub events: Vec<(String, Option<f64>)>,
+    /// How the form filled, if the case asks for it.
+    pub filling: Option<FillingFigures>,
     /// Relative change of the fluid's volume since the start of the run, apart from what came in and left.
     pub volume_error: f64,
     /// Time steps.
@@ -69,8 +72,9 @@ impl Summary {
             ("updates_per_second", json!(self.updates_per_second)),
         ];
         let events = self.events.iter().map(|(name, time)| (name.clone(), json!(time)));
+        let filling = self.filling.iter().map(|filling| ("filling".to_owned(), filling.json()));
         let rest = rest.map(|(name, value)| (name.to_owned(), value));
-        Value::Object(readings.chain(events).chain(rest).collect::<Map<_, _>>())
+        Value::Object(readings.chain(events).chain(filling).chain(rest).collect::<Map<_, _>>())
     }
 
     /// The time in s at which that came what the gauge of the event `name` waits for, such as `front_T200_s`, if it did.
@@ -91,6 +95,7 @@ impl Summary {
                 .map(|name| (number(&name), name))
                 .map(|(t, n)| (n, t))
                 .collect(),
+            filling: json.get("filling").and_then(FillingFigures::from_json),
             volume_error: number("volume_error")?,
             steps: json.get("steps")?.as_u64()?,
             wall: number("wall_s")?,
@@ -103,6 +108,7 @@ impl Summary {
 mod tests {
     use super::*;
     use crate::SolidLoad;
+    use crate::filling::Pocket;
     use crate::gauges::Spread;
     use tremie_numerics::DVec3;
 
@@ -138,6 +144,11 @@ mod tests {
                 readings: Readings { spread, ..readings.clone() },
                 t500,
                 events: vec![("front_T200_s".to_owned(), t500), ("light_tv_s".to_owned(), None)],
+                filling: t500.map(|time| FillingFigures {
+                    last: vec![(time, DVec3::new(1.0, 0.5, 0.25)), (1.25, DVec3::ZERO)],
+                    dead_volume: 2e-3,
+                    pockets: vec![Pocket { volume: 1e-4, centre: DVec3::X }],
+                }),
                 volume_error: -1e-7,
                 steps: 1234,
                 wall: 4.5,
