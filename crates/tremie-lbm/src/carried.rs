@@ -8,9 +8,12 @@
 //! ```
 //!
 //! with slopes limited along each axis (monotonised central differences, van Leer 1977), so that nothing is spread by more than
-//! a second-order error and no value leaves the range of those around. What one cell gains the other loses, to the bit. Mass that cells hand to each
+//! a second-order error. What one cell gains the other loses, to the bit. Mass that cells hand to each
 //! other when they convert takes its value with it. All other mass, what rounding took or a wall gave back, has the value of the
 //! cell that it comes to.
+//!
+//! No value leaves its range: that of shares is 0 to 1, that of the structure is what there was in the cell and around it. (More mass may pass through
+//! a cell of the surface than it holds, and its amount be out of all proportion for a while.)
 
 use rayon::prelude::*;
 
@@ -26,9 +29,9 @@ use crate::transport::fluxes;
 
 /// Mass in cells below which a cell keeps its values: amounts so small tell none.
 const LEAST: f64 = 1e-6;
-/// The ranges of values: of shares, and of what has no upper limit.
+/// The range of shares, and of structure.
 const SHARE: [f64; 2] = [0.0, 1.0];
-const UNLIMITED: [f64; 2] = [0.0, f64::INFINITY];
+const STRUCTURE: [f64; 2] = [0.0, f64::INFINITY];
 
 /// What a block carries; quantity q of a cell is at `q CELLS + cell`.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -40,6 +43,8 @@ struct Block {
     slopes: Vec<f64>,
     /// The values of all its fluid, if they are the same everywhere.
     same: Option<Vec<f64>>,
+    /// Between which the structure lies in and around each cell; of no length where the fluid has none.
+    bounds: Vec<[f64; 2]>,
 }
 
 /// What all blocks carry.
@@ -47,8 +52,6 @@ struct Block {
 pub(crate) struct Carried {
     /// Number of quantities.
     count: usize,
-    /// The ranges of their values.
-    ranges: Vec<[f64; 2]>,
     /// Which of them is the structure of the fluid (module `structure`), if any.
     structure: Option<usize>,
     /// By slot.
@@ -65,10 +68,8 @@ fn limited(a: f64, b: f64) -> f64 {
 impl Carried {
     /// Shares of so many batches, and the structure of the fluid if it is `structured`; `inflow` are the values in what each inlet brings.
     pub(crate) fn new(batches: usize, structured: bool, inflow: Vec<Vec<f64>>) -> Self {
-        let mut ranges = vec![SHARE; batches];
-        ranges.extend(structured.then_some(UNLIMITED));
         let structure = structured.then_some(batches);
-        Self { count: ranges.len(), ranges, structure, blocks: Vec::new(), inflow }
+        Self { count: batches + usize::from(structured), structure, blocks: Vec::new(), inflow }
     }
 
     /// Without any fluid.
@@ -89,6 +90,7 @@ impl Carried {
             values: zeros(self.count),
             slopes: zeros(3 * self.count),
             same: None,
+            bounds: Vec::new(),
         };
         self.blocks.push(block);
     }
@@ -115,8 +117,9 @@ impl Carried {
         let Block { amounts, values, .. } = &mut self.blocks[slot];
         let (masses, amounts) = amounts.split_at_mut(CELLS);
         for (cell, value) in structure.iter().enumerate() {
-            amounts[q * CELLS + cell] = masses[cell] * value;
-            values[q * CELLS + cell] = *value;
+            let n = q * CELLS + cell;
+            amounts[n] += masses[cell] * (value - values[n]);
+            values[n] = *value;
         }
     }
 
@@ -230,6 +233,30 @@ fn find_slopes(blocks: &[Block], kinds: &[[Kinds; ROWS]], links: &Links, slot: u
     }
 }
 
+/// Least and largest of the values of a quantity in the cells around each cell of a block, and in itself.
+fn find_bounds(
+    blocks: &[Block],
+    kinds: &[[Kinds; ROWS]],
+    links: &Links,
+    slot: usize,
+    q: usize,
+) -> Vec<[f64; 2]> {
+    let around = |cell: usize| {
+        let near = C.iter().filter_map(|c| {
+            let (slot, cell, _) = links.cell(cell, *c);
+            let wet = kinds[slot as usize][cell / EDGE].wet() >> (cell % EDGE) & 1 == 1;
+            wet.then(|| blocks[slot as usize].values[q * CELLS + cell])
+        });
+        let bounds = near.fold(None, |bounds, value| {
+            let [least, most] = bounds.unwrap_or([value; 2]);
+            Some([least.min(value), most.max(value)])
+        });
+        bounds.unwrap_or(STRUCTURE)
+    };
+    let wet = kinds[slot].iter().any(|kinds| kinds.wet() != 0);
+    if wet { (0..CELLS).map(around).collect() } else { Vec::new() }
+}
+
 impl<T: Real> Grid<T> {
     /// Carries everything along with the mass that the last step moved, and with what came in; that step has left the populations that it
     /// read in `back`, and cells have not been converted yet.
@@ -259,6 +286,13 @@ impl<T: Real> Grid<T> {
                 find_slopes(&carried.blocks, kinds, &links[slot], slot, slopes);
             }
         });
+        if let Some(q) = carried.structure {
+            let of = |slot: usize| find_bounds(&carried.blocks, kinds, &links[slot], slot, q);
+            let bounds: Vec<_> = (0..carried.blocks.len()).into_par_iter().map(of).collect();
+            for (block, bounds) in carried.blocks.iter_mut().zip(bounds) {
+                block.bounds = bounds;
+            }
+        }
         let mut amounts = Vec::with_capacity(carried.blocks.len());
         for (block, slopes) in carried.blocks.iter_mut().zip(slopes) {
             block.slopes = slopes;
@@ -329,6 +363,10 @@ impl<T: Real> Grid<T> {
             for (q, value) in carried.inflow[inlet].iter().enumerate() {
                 block.amounts[(q + 1) * CELLS + cell] += mass * value;
             }
+            if let (Some(q), Some([least, most])) = (carried.structure, block.bounds.get_mut(cell)) {
+                let value = carried.inflow[inlet][q];
+                (*least, *most) = (least.min(value), most.max(value));
+            }
         }
     }
 
@@ -339,7 +377,7 @@ impl<T: Real> Grid<T> {
         }
         let mut blocks = std::mem::take(&mut self.carried.blocks);
         blocks.par_iter_mut().enumerate().skip(2).for_each(|(slot, block)| {
-            let Block { amounts, values, .. } = block;
+            let Block { amounts, values, bounds, .. } = block;
             for cell in 0..CELLS {
                 let liquid = self.is_liquid((slot, cell));
                 if !self.used[slot] || !(liquid || self.is_interface((slot, cell))) {
@@ -351,7 +389,10 @@ impl<T: Real> Grid<T> {
                     let (amount, value) =
                         (&mut amounts[(q + 1) * CELLS + cell], &mut values[q * CELLS + cell]);
                     if carried > LEAST {
-                        let [least, most] = self.carried.ranges[q];
+                        let [least, most] = match self.carried.structure {
+                            Some(structure) if structure == q => *bounds.get(cell).unwrap_or(&STRUCTURE),
+                            _ => SHARE,
+                        };
                         *value = (*amount / carried).clamp(least, most);
                     }
                     *amount += (mass - carried) * *value;

@@ -24,7 +24,7 @@ const FILLED: f64 = 0.5;
 const LAST_PLACES: usize = 5;
 const APART: f64 = 0.125;
 /// Names of the arrays in a checkpoint.
-const ARRAYS: [&str; 2] = ["time of filling", "shear rate since filled"];
+const ARRAYS: [&str; 3] = ["time of filling", "shear rate since filled", "caught air"];
 
 /// What a case asks for, and the domain as cells; what has been seen so far.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,6 +39,8 @@ pub(crate) struct Filling {
     times: Vec<f32>,
     /// Largest shear rate in 1/s read in it since; not a number where there has been no reading.
     rates: Vec<f32>,
+    /// Largest share of each cell that was air which was caught.
+    caught: Vec<f32>,
 }
 
 /// The cells of the domain, and what lies beyond its sides.
@@ -59,7 +61,7 @@ pub struct FillingFigures {
     pub last: Vec<(f64, DVec3)>,
     /// Volume in m3 of the fluid that stands in dead zones.
     pub dead_volume: f64,
-    /// Air that is caught, the largest pocket first.
+    /// Where air was caught at any time, the largest pocket first.
     pub pockets: Vec<Pocket>,
 }
 
@@ -144,6 +146,7 @@ impl Filling {
             outlets: case.outlets.clone(),
             grid,
             times: nothing.clone(),
+            caught: vec![0.0; nothing.len()],
             rates: nothing,
         })
     }
@@ -166,6 +169,10 @@ impl Filling {
                 }
             },
         );
+        let now = air::caught(self, &Window::new(&self.grid, cells));
+        for (most, now) in self.caught.iter_mut().zip(now) {
+            *most = most.max(now);
+        }
     }
 
     fn is_filled(&self, n: usize) -> bool {
@@ -185,7 +192,7 @@ impl Filling {
         FillingFigures {
             last: self.last(),
             dead_volume: cell * ordered_sum(&dead, |n| fill(*n)),
-            pockets: air::pockets(self, &window).1,
+            pockets: air::pockets(&self.grid, &self.caught).1,
         }
     }
 
@@ -210,7 +217,7 @@ impl Filling {
     /// What is shown of each cell of a snapshot.
     pub(crate) fn maps(&self, cells: &Cells) -> Maps {
         let window = Window::new(&self.grid, cells);
-        let pockets = air::pockets(self, &window).0;
+        let pockets = air::pockets(&self.grid, &self.caught).0;
         let all: Vec<Option<usize>> = (0..cells.fill.len())
             .map(|n| {
                 let [nx, ny, _] = cells.count;
@@ -233,14 +240,14 @@ impl Filling {
     }
 
     /// Arrays for a checkpoint.
-    pub(crate) fn save(&self) -> [(String, Array); 2] {
-        let [times, rates] = [&self.times, &self.rates].map(|values| Array::F32(values.clone()));
-        [(ARRAYS[0].to_owned(), times), (ARRAYS[1].to_owned(), rates)]
+    pub(crate) fn save(&self) -> Vec<(String, Array)> {
+        let values = [&self.times, &self.rates, &self.caught];
+        ARRAYS.into_iter().zip(values).map(|(name, v)| (name.to_owned(), Array::F32(v.clone()))).collect()
     }
 
     /// Goes on from the arrays of a checkpoint; the name of one that does not fit otherwise.
     pub(crate) fn restore(&mut self, arrays: Vec<(String, Array)>) -> Result<(), String> {
-        for (name, values) in ARRAYS.into_iter().zip([&mut self.times, &mut self.rates]) {
+        for (name, values) in ARRAYS.into_iter().zip([&mut self.times, &mut self.rates, &mut self.caught]) {
             let saved = arrays.iter().find(|(found, _)| found == name);
             match saved {
                 Some((_, Array::F32(saved))) if saved.len() == values.len() => values.clone_from(saved),
@@ -266,7 +273,7 @@ pub(crate) struct Maps {
     pub(crate) met: Vec<u8>,
     /// 1 in dead zones.
     pub(crate) dead: Vec<u8>,
-    /// Number of the pocket of air that it belongs to, from 1, 255 for all from there on; 0 elsewhere.
+    /// Number of the pocket of caught air that it belonged to, from 1, 255 for all from there on; 0 elsewhere.
     pub(crate) pocket: Vec<u8>,
 }
 
@@ -337,7 +344,9 @@ mod tests {
         };
         let nothing = vec![f32::NAN; grid.cells()];
         let open = std::array::from_fn(|n| n == 5);
-        Filling { dead_rate: 0.0, open, outlets: Vec::new(), grid, times: nothing.clone(), rates: nothing }
+        let caught = vec![0.0; nothing.len()];
+        let times = nothing.clone();
+        Filling { dead_rate: 0.0, open, outlets: Vec::new(), grid, times, rates: nothing, caught }
     }
 
     /// A form that has filled, each cell at the time that its place tells, read every second.
@@ -447,21 +456,28 @@ mod tests {
         // The hole is over a corner of the pocket only: no way from face to face.
         let hole = cells.index(1, 2, 3);
         cells.solid[hole] = 0;
-        let filling = watch(&cells);
+        let seen = |cells: &Cells, outlets: &[Outlet]| {
+            let mut filling = Filling { outlets: outlets.to_vec(), ..watch(cells) };
+            filling.see(cells, 0.0);
+            filling
+        };
+        let mut filling = seen(&cells, &[]);
         let [pocket] = filling.figures(&cells).pockets[..] else { panic!("one pocket") };
         assert!((pocket.volume - 2.0 * 2.75e-3).abs() < 1e-12, "{pocket:?}");
         let x = (0.15 + 0.25 + 0.75 * 0.25) / 2.75;
         assert!((pocket.centre - DVec3::new(x, (2.0 * 0.15 + 0.75 * 0.25) / 2.75, 0.25)).length() < 1e-12);
         assert_eq!(filling.maps(&cells).pocket[b], 1);
-        // Half of the cell under the hole empties.
+        // There is a way up by an outlet at its side.
+        let outlet = Outlet { min: DVec3::new(0.2, 0.1, 0.2), max: DVec3::new(0.3, 0.2, 0.3) };
+        assert!(seen(&cells, &[outlet]).figures(&cells).pockets.is_empty());
+        // Or once half of the cell under the hole empties.
         let under = cells.index(1, 2, 2);
         cells.fill[under] = 0.4;
-        assert!(filling.figures(&cells).pockets.is_empty());
-        // And without a way up by an outlet at its side.
-        cells.fill[under] = 1.0;
-        let outlet = Outlet { min: DVec3::new(0.2, 0.1, 0.2), max: DVec3::new(0.3, 0.2, 0.3) };
-        let drained = Filling { outlets: vec![outlet], ..filling };
-        assert!(drained.figures(&cells).pockets.is_empty());
+        assert!(seen(&cells, &[]).figures(&cells).pockets.is_empty());
+        // What has been caught stays told, though the fluid closes it.
+        cells.fill.fill(1.0);
+        filling.see(&cells, 1.0);
+        assert_eq!(filling.figures(&cells).pockets, [pocket]);
     }
 
     #[test]
@@ -483,10 +499,10 @@ mod tests {
         let mut cells = form([4, 3, 2]);
         let filling = filled(&mut cells, |[i, ..]| i as f64);
         let mut other = watch(&cells);
-        other.restore(filling.save().to_vec()).unwrap();
+        other.restore(filling.save()).unwrap();
         assert_eq!(format!("{other:?}"), format!("{filling:?}"));
         let mut small = watch(&form([3, 3, 2]));
-        assert_eq!(small.restore(filling.save().to_vec()), Err("time of filling".to_owned()));
+        assert_eq!(small.restore(filling.save()), Err("time of filling".to_owned()));
         assert_eq!(small.restore(Vec::new()), Err("time of filling".to_owned()));
     }
 }
