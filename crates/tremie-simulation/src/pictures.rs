@@ -68,7 +68,7 @@ pub(crate) fn draw_filling(cells: &Cells, maps: &Maps, case: &Case, folder: &Run
     let level = cells.origin.z + 0.5 * (low + high) as f64 * cells.size;
     for (n, name) in FILLING_PICTURES.into_iter().enumerate() {
         let (axes, plane) = if n % 2 == 0 { ([along, 2], plane) } else { ([0, 1], level) };
-        section(cells, axes, plane, shown(n / 2), Frame::Domain, &case.title)?
+        section(cells, axes, plane, &shown(n / 2), Frame::Domain, &case.title)?
             .write(&folder.path().join(name))?;
     }
     Ok(())
@@ -181,7 +181,7 @@ pub fn cut(
     title: &str,
 ) -> Result<Picture, Error> {
     let (along, plane) = vertical(cells, case);
-    section(cells, [along, 2], plane, quantity.shown(cells), frame, title)
+    section(cells, [along, 2], plane, &quantity.shown(cells), frame, title)
 }
 
 /// The horizontal axis of the vertical cut, and where the cut lies across it.
@@ -215,7 +215,7 @@ fn section(
     cells: &Cells,
     [along, up]: [usize; 2],
     plane: f64,
-    shown: Shown,
+    shown: &Shown,
     frame: Frame,
     title: &str,
 ) -> Result<Picture, Error> {

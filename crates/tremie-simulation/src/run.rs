@@ -159,7 +159,7 @@ impl<'a> Run<'a> {
         let resumed = match resume {
             Some(checkpoint) => {
                 if let Some(filling) = &mut filling {
-                    filling.restore(checkpoint.filling).map_err(RestoreError::Array)?;
+                    filling.restore(&checkpoint.filling).map_err(RestoreError::Array)?;
                 }
                 Some(checkpoint.run)
             }

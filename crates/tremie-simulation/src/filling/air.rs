@@ -55,8 +55,9 @@ pub(super) fn caught(filling: &Filling, window: &Window) -> Vec<f32> {
         .collect();
     let leaves = |n: usize| {
         let place = grid.place(n);
-        let at_side =
-            |side: usize| place[side / 2] == if side % 2 == 0 { 0 } else { grid.count[side / 2] - 1 };
+        let at_side = |side: usize| {
+            place[side / 2] == if side.is_multiple_of(2) { 0 } else { grid.count[side / 2] - 1 }
+        };
         let centre = grid.centre(n);
         let within = |min: DVec3, max: DVec3| centre.cmpgt(min).all() && centre.cmplt(max).all();
         (0..6).any(|side| filling.open[side] && at_side(side))

@@ -246,7 +246,7 @@ impl Filling {
     }
 
     /// Goes on from the arrays of a checkpoint; the name of one that does not fit otherwise.
-    pub(crate) fn restore(&mut self, arrays: Vec<(String, Array)>) -> Result<(), String> {
+    pub(crate) fn restore(&mut self, arrays: &[(String, Array)]) -> Result<(), String> {
         for (name, values) in ARRAYS.into_iter().zip([&mut self.times, &mut self.rates, &mut self.caught]) {
             let saved = arrays.iter().find(|(found, _)| found == name);
             match saved {
@@ -499,10 +499,10 @@ mod tests {
         let mut cells = form([4, 3, 2]);
         let filling = filled(&mut cells, |[i, ..]| i as f64);
         let mut other = watch(&cells);
-        other.restore(filling.save()).unwrap();
+        other.restore(&filling.save()).unwrap();
         assert_eq!(format!("{other:?}"), format!("{filling:?}"));
         let mut small = watch(&form([3, 3, 2]));
-        assert_eq!(small.restore(filling.save()), Err("time of filling".to_owned()));
-        assert_eq!(small.restore(Vec::new()), Err("time of filling".to_owned()));
+        assert_eq!(small.restore(&filling.save()), Err("time of filling".to_owned()));
+        assert_eq!(small.restore(&[]), Err("time of filling".to_owned()));
     }
 }

@@ -1,7 +1,6 @@
 //! A yield stress that grows at rest and is broken down by shear, against the closed forms of Roussel's model (2006).
 
 use anyhow::{Context as _, bail};
-use rayon::prelude::*;
 use tremie_case::{Case, Side};
 use tremie_rheology::{FlowCurve, Thixotropy};
 use tremie_simulation::Cells;
@@ -34,9 +33,9 @@ fn structure(cells: &Cells) -> anyhow::Result<&[f64]> {
 
 /// A tank at rest, plane shear, and a channel that stiffens.
 pub(super) fn thixotropy_box(context: &Context) -> anyhow::Result<Vec<Check>> {
-    let parts: [fn(&Context) -> anyhow::Result<Vec<Check>>; 3] = [rest, couette, stiffen];
-    let checks: anyhow::Result<Vec<_>> = parts.par_iter().map(|part| part(context)).collect();
-    Ok(checks?.concat())
+    let shear = || rayon::join(|| couette(context), || stiffen(context));
+    let (rest, (couette, stiffen)) = rayon::join(|| rest(context), shear);
+    Ok([rest?, couette?, stiffen?].concat())
 }
 
 fn rest(context: &Context) -> anyhow::Result<Vec<Check>> {
