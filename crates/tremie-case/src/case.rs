@@ -6,7 +6,7 @@ use std::sync::Arc;
 use tremie_geometry::mesh::ClosedMesh;
 use tremie_geometry::{Body, Face, Motion, Shape};
 use tremie_numerics::{DVec2, DVec3};
-use tremie_rheology::FlowCurve;
+use tremie_rheology::{FlowCurve, Thixotropy};
 
 use crate::document::Document;
 use crate::fault::{CaseError, Fault, InvalidCase};
@@ -56,6 +56,10 @@ pub struct Material {
     pub density: f64,
     /// Flow curve, of positive viscosity.
     pub curve: FlowCurve,
+    /// Whether its yield stress grows at rest; a Bingham fluid then.
+    pub thixotropy: Option<Thixotropy>,
+    /// The structure that it has at the start and where it comes in, if nothing else is said.
+    pub structure: f64,
 }
 
 /// The axis-parallel box in which the fluid flows, and what drives it.
@@ -110,6 +114,8 @@ pub struct FluidRegion {
     pub velocity: DVec3,
     /// The batch that it belongs to, if it is to be followed.
     pub batch: Option<String>,
+    /// The structure that it has, if another than the material's.
+    pub structure: Option<f64>,
 }
 
 /// A face that fluid comes in through, such as the end of a hose.
@@ -131,6 +137,8 @@ pub struct Inlet {
     pub volume: f64,
     /// The batch that the fluid belongs to, if it is to be followed.
     pub batch: Option<String>,
+    /// The structure that the fluid has, if another than the material's.
+    pub structure: Option<f64>,
 }
 
 /// A face that stays above the fill: its lowest point rises with the level around it, and never goes down.
@@ -377,6 +385,8 @@ pub struct Gauges {
     pub light: Vec<LightGauge>,
     /// What it presses on walls with.
     pub pressure: Vec<PressureGauge>,
+    /// How the form fills.
+    pub filling: Option<FillingGauge>,
 }
 
 /// Measures the mean level of the fluid's surface over a rectangle.
@@ -438,6 +448,13 @@ impl PressureGauge {
     }
 }
 
+/// Watches when each place is filled, where fronts meet, where the fluid stands, and where air is caught.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FillingGauge {
+    /// Shear rate in 1/s that the fluid must not have exceeded in a dead zone since it was filled.
+    pub dead_shear_rate: f64,
+}
+
 /// Measures how far the fluid has spread.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpreadGauge {
@@ -467,6 +484,11 @@ impl Case {
             }
         }
         batches
+    }
+
+    /// The structure of fluid for which `own` is given or nothing; none if the fluid is not thixotropic.
+    pub fn structure(&self, own: Option<f64>) -> Option<f64> {
+        self.material.thixotropy.map(|_| own.unwrap_or(self.material.structure))
     }
 
     /// Whether an inlet has yet to let fluid in at a time in s.

@@ -65,6 +65,7 @@ pub(crate) fn check(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
     for (index, solid) in case.solids.iter().enumerate() {
         self::solid(solid, &solid_path(index, document), case, document)?;
     }
+    structure(case, document)?;
     names(case, document)?;
     gauges(case, document)?;
     stop(case, document)?;
@@ -183,6 +184,7 @@ fn scheme(lbm: &Lbm, case: &Case, document: &Document<'_>) -> Result<(), Fault> 
         ("inlets", !case.inlets.is_empty()),
         ("outlets and open sides", case.has_outlets()),
         ("batches", !case.batches().is_empty()),
+        ("thixotropy", case.material.thixotropy.is_some()),
     ];
     match unknown.into_iter().find(|(_, present)| *present) {
         Some((what, _)) => clash(
@@ -262,6 +264,25 @@ fn cells(domain: &Domain, lbm: &Lbm, document: &Document<'_>) -> Result<(), Faul
 /// Without the noise in the last digits that a sum of decimal numbers leaves, and without negative zeros.
 fn tidy(number: f64) -> f64 {
     format!("{number:.11e}").parse().unwrap_or(number) + 0.0
+}
+
+/// Only a thixotropic fluid has a structure.
+fn structure(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
+    let regions = case.fluid.iter().map(|region| region.structure).enumerate();
+    let inlets = case.inlets.iter().map(|inlet| inlet.structure).enumerate();
+    let paths = regions
+        .map(|(n, structure)| (format!("fluid.{n}.structure"), structure))
+        .chain(inlets.map(|(n, structure)| (format!("inlet.{n}.structure"), structure)));
+    for (path, structure) in paths {
+        if structure.is_some() && case.material.thixotropy.is_none() {
+            return Err(Fault::new(
+                document.locate(&path),
+                "only a thixotropic fluid has a structure",
+                "remove this, or add `thixotropy` under [material]",
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// A region of fluid meets the domain.

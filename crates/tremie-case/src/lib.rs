@@ -22,9 +22,9 @@ mod suggestion;
 pub mod units;
 
 pub use case::{
-    AboveFill, Case, Collision, Domain, FluidRegion, FrontGauge, Gauges, Inlet, Lattice, Lbm, LevelGauge,
-    LightGauge, Material, MeshFile, Method, NamedFile, Outlet, Output, Precision, Preset, PressureGauge,
-    Rest, Role, Side, Solid, SpreadGauge, Stepping, Stop, Surface, Textbook,
+    AboveFill, Case, Collision, Domain, FillingGauge, FluidRegion, FrontGauge, Gauges, Inlet, Lattice, Lbm,
+    LevelGauge, LightGauge, Material, MeshFile, Method, NamedFile, Outlet, Output, Precision, Preset,
+    PressureGauge, Rest, Role, Side, Solid, SpreadGauge, Stepping, Stop, Surface, Textbook,
 };
 pub use fault::{CaseError, InvalidCase};
 

@@ -9,13 +9,13 @@ use std::f64::consts::TAU;
 use serde_json::{Value as Json, json};
 use tremie_geometry::{Body, Face, Motion, Outline, Shape, Union, Waypoint};
 use tremie_numerics::{DVec2, DVec3};
-use tremie_rheology::{FlowCurve, Regularisation};
+use tremie_rheology::{FlowCurve, Regularisation, Thixotropy};
 
 use crate::bars;
 use crate::case::{
-    AboveFill, Case, Collision, Domain, FluidRegion, FrontGauge, Gauges, Inlet, Lattice, Lbm, LevelGauge,
-    LightGauge, Material, Method, Outlet, Output, Precision, Preset, PressureGauge, Rest, Role, Side, Solid,
-    SpreadGauge, Stepping, Stop, Surface,
+    AboveFill, Case, Collision, Domain, FillingGauge, FluidRegion, FrontGauge, Gauges, Inlet, Lattice, Lbm,
+    LevelGauge, LightGauge, Material, Method, Outlet, Output, Precision, Preset, PressureGauge, Rest, Role,
+    Side, Solid, SpreadGauge, Stepping, Stop, Surface,
 };
 use crate::describe::object;
 use crate::document::{
@@ -140,8 +140,13 @@ const MATERIAL: Section<Material> = {
         "lets the fluid creep below its yield stress, as many other programs do; without it a yield stress is exact",
         REGULARISATION,
     );
+    const THIXOTROPY_KEY: Maybe<Section<Structured>> = maybe(
+        "thixotropy",
+        "lets the yield stress of a Bingham fluid grow at rest, and shear break it down again",
+        THIXOTROPY,
+    );
     Section {
-        keys: &[&DENSITY, &REGULARISATION_KEY, &FLOW_CURVES],
+        keys: &[&DENSITY, &REGULARISATION_KEY, &THIXOTROPY_KEY, &FLOW_CURVES],
         example: &[
             "density = \"2300 kg/m3\"",
             "bingham = { yield_stress = \"50 Pa\", plastic_viscosity = \"30 Pa s\" }",
@@ -154,7 +159,57 @@ const MATERIAL: Section<Material> = {
                     value.fault("has nothing to act on: the flow curve has no yield stress", "remove this")
                 })?;
             }
-            Ok(Material { density, curve })
+            let Some(value) = t.value("thixotropy") else {
+                return Ok(Material { density, curve, thixotropy: None, structure: 0.0 });
+            };
+            let Structured { build_up, breakdown, structure } = THIXOTROPY.read(&value)?;
+            let yield_stress = match curve {
+                FlowCurve::Bingham { yield_stress, .. } if yield_stress > 0.0 => yield_stress,
+                _ => {
+                    let problem = "is for the flow curve `bingham` with a yield stress, as it stands";
+                    return Err(value.fault(problem, "remove this, or change the flow curve"));
+                }
+            };
+            let thixotropy = Some(Thixotropy { build_up_time: yield_stress / build_up, breakdown });
+            Ok(Material { density, curve, thixotropy, structure })
+        },
+    }
+};
+
+/// `thixotropy` as written.
+struct Structured {
+    build_up: f64,
+    breakdown: f64,
+    structure: f64,
+}
+
+const THIXOTROPY: Section<Structured> = {
+    const BUILD_UP: Need<Quantity> = need(
+        "build_up",
+        "what the yield stress grows by at rest, in a time (Athix)",
+        quantity(Dimension::STRESS_RATE, Bound::Positive, "0.2 Pa/s"),
+    );
+    const BREAKDOWN: Or<Quantity> = or(
+        "breakdown",
+        "0.005",
+        "breakdown of the structure by shear: its rate is this x structure x shear rate",
+        quantity(Dimension::NUMBER, Bound::NotNegative, "0.005"),
+    );
+    const AT_FIRST: Or<Quantity> = or(
+        "structure",
+        "0",
+        "structure of the fluid at the start and where it comes in: the yield stress is 1 + structure times that of the flow curve",
+        quantity(Dimension::NUMBER, Bound::NotNegative, "0"),
+    );
+    Section {
+        keys: &[&BUILD_UP, &BREAKDOWN, &AT_FIRST],
+        example: &["build_up = \"0.2 Pa/s\""],
+        read: |t| {
+            Ok(Structured {
+                build_up: t.need(&BUILD_UP)?,
+                breakdown: t.or(&BREAKDOWN)?,
+                structure: t.or(&AT_FIRST)?,
+            })
         },
     }
 };
@@ -499,13 +554,14 @@ const FLUID: Section<FluidRegion> = {
     const VELOCITY: Or<Vector<3>> =
         or("velocity", "[\"0 m/s\", \"0 m/s\", \"0 m/s\"]", "velocity at the start", MOTION);
     Section {
-        keys: &[&VELOCITY, &BATCH, &SHAPES],
+        keys: &[&VELOCITY, &BATCH, &STRUCTURE, &SHAPES],
         example: &["sphere = { centre = [\"0.2 m\", \"0.2 m\", \"0.1 m\"], diameter = \"100 mm\" }"],
         read: |t| {
             Ok(FluidRegion {
                 shape: t.one_of(&SHAPES)?,
                 velocity: t.or(&VELOCITY)?.into(),
                 batch: t.maybe(&BATCH)?,
+                structure: t.maybe(&STRUCTURE)?,
             })
         },
     }
@@ -515,6 +571,12 @@ const BATCH: Maybe<Text> = maybe(
     "batch",
     "name of the batch that this is, which is then followed through the flow; several may share one",
     Text { example: "first" },
+);
+
+const STRUCTURE: Maybe<Quantity> = maybe(
+    "structure",
+    "structure of this fluid, if another than `material.thixotropy` says",
+    quantity(Dimension::NUMBER, Bound::NotNegative, "0.5"),
 );
 
 const INLET: Section<Inlet> = {
@@ -552,6 +614,7 @@ const INLET: Section<Inlet> = {
             &MOTION_KEY,
             &ABOVE_FILL_KEY,
             &BATCH,
+            &STRUCTURE,
         ],
         example: &[
             "disc = { centre = [\"0.2 m\", \"0.2 m\", \"0.25 m\"], direction = [0, 0, -1], diameter = \"80 mm\" }",
@@ -580,6 +643,7 @@ const INLET: Section<Inlet> = {
                 stop: t.maybe(&END)?.unwrap_or(f64::INFINITY),
                 volume: t.maybe(&VOLUME)?.unwrap_or(f64::INFINITY),
                 batch: t.maybe(&BATCH)?,
+                structure: t.maybe(&STRUCTURE)?,
             })
         },
     }
@@ -1262,8 +1326,13 @@ const GAUGES: Section<Gauges> = {
     );
     const PRESSURES: Maybe<List<Section<PressureGauge>>> =
         maybe("pressure", "each measures what presses on a wall, in bands over its height", List(PRESSURE));
+    const FILLING_KEY: Maybe<Section<FillingGauge>> = maybe(
+        "filling",
+        "tells when each place is filled, where fronts meet, where the fluid stands and where air is caught",
+        FILLING,
+    );
     Section {
-        keys: &[&INTERVAL, &SPREAD_KEY, &LEVELS, &FRONTS, &LIGHTS, &PRESSURES],
+        keys: &[&INTERVAL, &SPREAD_KEY, &LEVELS, &FRONTS, &LIGHTS, &PRESSURES, &FILLING_KEY],
         example: &["interval = \"20 ms\""],
         read: |t| {
             Ok(Gauges {
@@ -1273,8 +1342,23 @@ const GAUGES: Section<Gauges> = {
                 front: t.maybe(&FRONTS)?.unwrap_or_default(),
                 light: t.maybe(&LIGHTS)?.unwrap_or_default(),
                 pressure: t.maybe(&PRESSURES)?.unwrap_or_default(),
+                filling: t.maybe(&FILLING_KEY)?,
             })
         },
+    }
+};
+
+const FILLING: Section<FillingGauge> = {
+    const DEAD: Or<Quantity> = or(
+        "dead_shear_rate",
+        "\"0 1/s\"",
+        "where the fluid has not been sheared faster since the place was filled it is dead; 0 1/s: where it has not yielded",
+        quantity(Dimension::RATE, Bound::NotNegative, "0.01 1/s"),
+    );
+    Section {
+        keys: &[&DEAD],
+        example: &["dead_shear_rate = \"0.01 1/s\""],
+        read: |t| Ok(FillingGauge { dead_shear_rate: t.or(&DEAD)? }),
     }
 };
 

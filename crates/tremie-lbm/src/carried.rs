@@ -1,4 +1,4 @@
-//! Quantities that the fluid carries along, such as the share of a batch in it.
+//! Quantities that the fluid carries along: the share of a batch in it, the structure that it has built up.
 //!
 //! Each cell holds an amount A of each quantity beside the mass M that carries it; the value is A/M. In a step the mass F that passes each link, the
 //! same that `transport` moves (positive into the cell), takes with it the value at the middle of the link,
@@ -8,9 +8,12 @@
 //! ```
 //!
 //! with slopes limited along each axis (monotonised central differences, van Leer 1977), so that nothing is spread by more than
-//! a second-order error and no value leaves the range of those around. What one cell gains the other loses, to the bit. Mass that cells hand to each
+//! a second-order error. What one cell gains the other loses, to the bit. Mass that cells hand to each
 //! other when they convert takes its value with it. All other mass, what rounding took or a wall gave back, has the value of the
 //! cell that it comes to.
+//!
+//! No value leaves its range: that of shares is 0 to 1, that of the structure is what there was in the cell and around it. (More mass may pass through
+//! a cell of the surface than it holds, and its amount be out of all proportion for a while.)
 
 use rayon::prelude::*;
 
@@ -26,8 +29,9 @@ use crate::transport::fluxes;
 
 /// Mass in cells below which a cell keeps its values: amounts so small tell none.
 const LEAST: f64 = 1e-6;
-/// The range of all values.
-const RANGE: [f64; 2] = [0.0, 1.0];
+/// The range of shares, and of structure.
+const SHARE: [f64; 2] = [0.0, 1.0];
+const STRUCTURE: [f64; 2] = [0.0, f64::INFINITY];
 
 /// What a block carries; quantity q of a cell is at `q CELLS + cell`.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -39,6 +43,8 @@ struct Block {
     slopes: Vec<f64>,
     /// The values of all its fluid, if they are the same everywhere.
     same: Option<Vec<f64>>,
+    /// Between which the structure lies in and around each cell; of no length where the fluid has none.
+    bounds: Vec<[f64; 2]>,
 }
 
 /// What all blocks carry.
@@ -46,6 +52,8 @@ struct Block {
 pub(crate) struct Carried {
     /// Number of quantities.
     count: usize,
+    /// Which of them is the structure of the fluid (module `structure`), if any.
+    structure: Option<usize>,
     /// By slot.
     blocks: Vec<Block>,
     /// Values of what each inlet brings.
@@ -58,9 +66,10 @@ fn limited(a: f64, b: f64) -> f64 {
 }
 
 impl Carried {
-    /// So many quantities; `inflow` are their values in what each inlet brings.
-    pub(crate) fn new(count: usize, inflow: Vec<Vec<f64>>) -> Self {
-        Self { count, blocks: Vec::new(), inflow }
+    /// Shares of so many batches, and the structure of the fluid if it is `structured`; `inflow` are the values in what each inlet brings.
+    pub(crate) fn new(batches: usize, structured: bool, inflow: Vec<Vec<f64>>) -> Self {
+        let structure = structured.then_some(batches);
+        Self { count: batches + usize::from(structured), structure, blocks: Vec::new(), inflow }
     }
 
     /// Without any fluid.
@@ -81,6 +90,7 @@ impl Carried {
             values: zeros(self.count),
             slopes: zeros(3 * self.count),
             same: None,
+            bounds: Vec::new(),
         };
         self.blocks.push(block);
     }
@@ -93,6 +103,24 @@ impl Carried {
     /// Value of a quantity in a cell.
     pub(crate) fn value(&self, (slot, cell): Cell, quantity: usize) -> f64 {
         self.blocks[slot].values[quantity * CELLS + cell]
+    }
+
+    /// The structure in the cells of a block; of no length where the fluid has none.
+    pub(crate) fn structure(&self, slot: usize) -> &[f64] {
+        let of = |q: usize| &self.blocks[slot].values[q * CELLS..][..CELLS];
+        self.structure.map_or(&[], of)
+    }
+
+    /// Puts another structure into the cells of a block.
+    pub(crate) fn restructure(&mut self, slot: usize, structure: &[f64]) {
+        let Some(q) = self.structure else { return };
+        let Block { amounts, values, .. } = &mut self.blocks[slot];
+        let (masses, amounts) = amounts.split_at_mut(CELLS);
+        for (cell, value) in structure.iter().enumerate() {
+            let n = q * CELLS + cell;
+            amounts[n] += masses[cell] * (value - values[n]);
+            values[n] = *value;
+        }
     }
 
     fn mass(&self, (slot, cell): Cell) -> f64 {
@@ -205,6 +233,30 @@ fn find_slopes(blocks: &[Block], kinds: &[[Kinds; ROWS]], links: &Links, slot: u
     }
 }
 
+/// Least and largest of the values of a quantity in the cells around each cell of a block, and in itself.
+fn find_bounds(
+    blocks: &[Block],
+    kinds: &[[Kinds; ROWS]],
+    links: &Links,
+    slot: usize,
+    q: usize,
+) -> Vec<[f64; 2]> {
+    let around = |cell: usize| {
+        let near = C.iter().filter_map(|c| {
+            let (slot, cell, _) = links.cell(cell, *c);
+            let wet = kinds[slot as usize][cell / EDGE].wet() >> (cell % EDGE) & 1 == 1;
+            wet.then(|| blocks[slot as usize].values[q * CELLS + cell])
+        });
+        let bounds = near.fold(None, |bounds, value| {
+            let [least, most] = bounds.unwrap_or([value; 2]);
+            Some([least.min(value), most.max(value)])
+        });
+        bounds.unwrap_or(STRUCTURE)
+    };
+    let wet = kinds[slot].iter().any(|kinds| kinds.wet() != 0);
+    if wet { (0..CELLS).map(around).collect() } else { Vec::new() }
+}
+
 impl<T: Real> Grid<T> {
     /// Carries everything along with the mass that the last step moved, and with what came in; that step has left the populations that it
     /// read in `back`, and cells have not been converted yet.
@@ -234,6 +286,13 @@ impl<T: Real> Grid<T> {
                 find_slopes(&carried.blocks, kinds, &links[slot], slot, slopes);
             }
         });
+        if let Some(q) = carried.structure {
+            let of = |slot: usize| find_bounds(&carried.blocks, kinds, &links[slot], slot, q);
+            let bounds: Vec<_> = (0..carried.blocks.len()).into_par_iter().map(of).collect();
+            for (block, bounds) in carried.blocks.iter_mut().zip(bounds) {
+                block.bounds = bounds;
+            }
+        }
         let mut amounts = Vec::with_capacity(carried.blocks.len());
         for (block, slopes) in carried.blocks.iter_mut().zip(slopes) {
             block.slopes = slopes;
@@ -304,6 +363,10 @@ impl<T: Real> Grid<T> {
             for (q, value) in carried.inflow[inlet].iter().enumerate() {
                 block.amounts[(q + 1) * CELLS + cell] += mass * value;
             }
+            if let (Some(q), Some([least, most])) = (carried.structure, block.bounds.get_mut(cell)) {
+                let value = carried.inflow[inlet][q];
+                (*least, *most) = (least.min(value), most.max(value));
+            }
         }
     }
 
@@ -314,7 +377,7 @@ impl<T: Real> Grid<T> {
         }
         let mut blocks = std::mem::take(&mut self.carried.blocks);
         blocks.par_iter_mut().enumerate().skip(2).for_each(|(slot, block)| {
-            let Block { amounts, values, .. } = block;
+            let Block { amounts, values, bounds, .. } = block;
             for cell in 0..CELLS {
                 let liquid = self.is_liquid((slot, cell));
                 if !self.used[slot] || !(liquid || self.is_interface((slot, cell))) {
@@ -326,7 +389,11 @@ impl<T: Real> Grid<T> {
                     let (amount, value) =
                         (&mut amounts[(q + 1) * CELLS + cell], &mut values[q * CELLS + cell]);
                     if carried > LEAST {
-                        *value = (*amount / carried).clamp(RANGE[0], RANGE[1]);
+                        let [least, most] = match self.carried.structure {
+                            Some(structure) if structure == q => *bounds.get(cell).unwrap_or(&STRUCTURE),
+                            _ => SHARE,
+                        };
+                        *value = (*amount / carried).clamp(least, most);
                     }
                     *amount += (mass - carried) * *value;
                 }

@@ -39,7 +39,7 @@ use crate::lanes::Lanes;
 use crate::lattice::{C, MIRROR, Q, W, opposite};
 use crate::loads::vector;
 use crate::real::Real;
-use crate::relaxation::Relaxation;
+use crate::relaxation::Law;
 use crate::rows::SurfaceRow;
 use crate::slanted::{self, Sheared};
 use crate::solids::{Contact, Contacts};
@@ -71,12 +71,13 @@ impl<T: Real> Source<'_, T> {
 
     /// Lets the cells of a row meet the solids beside them, and adds the mass that these take from the liquid by their motion to `swept`.
     #[inline(never)]
-    pub(crate) fn meet_solids<R: Relaxation<T>>(
+    pub(crate) fn meet_solids<R: Law<T>>(
         &self,
         row: &SurfaceRow,
         first: usize,
         contacts: &Contacts,
         physics: &Physics<T, R>,
+        own: &R::Own,
         fill: &Fill<T>,
         f: &mut [Lanes<T>; Q],
         mass: &mut [f64; CELLS],
@@ -112,7 +113,7 @@ impl<T: Real> Source<'_, T> {
                         let fluid = Sheared { leaving: &leaving, density, velocity };
                         wall =
                             contact.velocity + contact.normal * (wall - contact.velocity).dot(contact.normal);
-                        let law = &physics.law;
+                        let law = &physics.law.cell(own, k);
                         rubbed = Some(slanted::sliding(contact, &fluid, wall, friction, law));
                     }
                 }

@@ -1,7 +1,8 @@
-//! The fluid as the grid sees it: what drives it, and its flow curve, in closed form where there is one.
+//! The fluid as the grid sees it: what drives it, and its flow curve, in closed form where there is one, or a flow curve in each cell.
 //!
 //! Which law it is is asked once a step, not in each cell: the kernels are compiled for each.
 
+use tremie_case::Material;
 use tremie_rheology::FlowCurve;
 
 use crate::collision::{Moments, least_odd};
@@ -12,6 +13,7 @@ use crate::relaxation::Bingham;
 use crate::rows::Rows;
 use crate::scaling::Scaling;
 use crate::stream::Findings;
+use crate::structure::Structured;
 use crate::tabulated::Tabulated;
 use crate::together::Physics;
 
@@ -22,11 +24,14 @@ pub(crate) enum Fluid<T> {
     Bingham(Physics<T, Bingham<T>>),
     /// All others.
     Tabulated(Physics<T, Tabulated<T>>),
+    /// Thixotropic Bingham fluids.
+    Structured(Physics<T, Structured<T>>),
 }
 
 impl<T: Real> Fluid<T> {
-    /// The fluid of a flow curve under an acceleration in m/s2.
-    pub(crate) fn new(curve: &FlowCurve, gravity: [f64; 3], scaling: &Scaling) -> Self {
+    /// A fluid under an acceleration in m/s2.
+    pub(crate) fn new(material: &Material, gravity: [f64; 3], scaling: &Scaling) -> Self {
+        let curve = &material.curve;
         let gravity = gravity.map(|g| T::from_f64(scaling.acceleration(g)));
         let viscosity = scaling.viscosity(curve.plastic_viscosity());
         let least_odd = T::from_f64(least_odd(viscosity));
@@ -34,7 +39,10 @@ impl<T: Real> Fluid<T> {
             FlowCurve::Newtonian { .. } | FlowCurve::Bingham { .. } => {
                 let yield_stress = scaling.stress(curve.yield_stress());
                 let law = Bingham::new(yield_stress, viscosity);
-                Self::Bingham(Physics { gravity, law, least_odd })
+                match material.thixotropy {
+                    None => Self::Bingham(Physics { gravity, law, least_odd }),
+                    Some(_) => Self::Structured(Physics { gravity, law: Structured(law), least_odd }),
+                }
             }
             _ => Self::Tabulated(Physics { gravity, law: Tabulated::new(curve, scaling), least_odd }),
         }
@@ -45,6 +53,7 @@ impl<T: Real> Fluid<T> {
         match self {
             Self::Bingham(physics) => physics.gravity,
             Self::Tabulated(physics) => physics.gravity,
+            Self::Structured(physics) => physics.gravity,
         }
     }
 
@@ -59,6 +68,7 @@ impl<T: Real> Fluid<T> {
         match self {
             Self::Bingham(physics) => grid.step(rows, physics, change, findings),
             Self::Tabulated(physics) => grid.step(rows, physics, change, findings),
+            Self::Structured(physics) => grid.step(rows, physics, change, findings),
         }
     }
 
@@ -73,6 +83,7 @@ impl<T: Real> Fluid<T> {
         match self {
             Self::Bingham(physics) => grid.moments(slot, rows, physics, see),
             Self::Tabulated(physics) => grid.moments(slot, rows, physics, see),
+            Self::Structured(physics) => grid.moments(slot, rows, physics, see),
         }
     }
 }

@@ -129,6 +129,7 @@ impl<T: Real> Source<'_, T> {
         row: &SurfaceRow,
         contacts: &Contacts,
         physics: &Physics<T, R>,
+        own: &R::Own,
         held: Held<Lanes<T>>,
         f: &mut Populations<T>,
         slides: &mut [u8; 6],
@@ -145,7 +146,8 @@ impl<T: Real> Source<'_, T> {
                 };
                 let sign = T::from_f64(-f64::from(normal));
                 let leaving: [T; Q] = std::array::from_fn(|i| self.own[(i, first + k)]);
-                let speed = |stress: T| friction.speed(stress, &physics.law);
+                let law = &physics.law.cell(own, k);
+                let speed = |stress: T| friction.speed(stress, law);
                 let mut sliding = None;
                 for _ in 0..TURNS {
                     let arriving: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
@@ -162,7 +164,6 @@ impl<T: Real> Source<'_, T> {
                         taken[n] = arriving[b] + leaving[opposite(b)] - arriving[a] - leaving[opposite(a)];
                         force[n] = m.force[t];
                     }
-                    let law = &physics.law;
                     let [more, traction] =
                         sliding_velocity(&m, stress, left, taken, force, law, speed, sliding);
                     let before = sliding.unwrap_or(none);

@@ -171,12 +171,7 @@ pub(crate) fn velocity_at(case: &Case, p: DVec3) -> DVec3 {
     region_at(case, p).map_or(DVec3::ZERO, |region| region.velocity)
 }
 
-/// The batch to which the case counts the fluid at a point.
-pub(crate) fn batch_at(case: &Case, p: DVec3) -> Option<&str> {
-    region_at(case, p)?.batch.as_deref()
-}
-
 /// The region of fluid nearest to a point.
-fn region_at(case: &Case, p: DVec3) -> Option<&FluidRegion> {
+pub(crate) fn region_at(case: &Case, p: DVec3) -> Option<&FluidRegion> {
     case.fluid.iter().min_by(|a, b| a.shape.signed_distance(p).total_cmp(&b.shape.signed_distance(p)))
 }

@@ -12,7 +12,7 @@ use crate::topology::EDGE;
 pub(crate) const LANES: usize = EDGE;
 
 /// One number for each cell of a row.
-#[derive(Debug, Clone, Copy, bytemuck::Zeroable)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Zeroable)]
 #[repr(C, align(32))]
 pub(crate) struct Lanes<T>(pub(crate) [T; LANES]);
 

@@ -41,6 +41,7 @@ mod source;
 mod standing;
 mod store;
 mod stream;
+mod structure;
 mod surface;
 mod sweep;
 mod table;

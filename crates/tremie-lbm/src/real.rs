@@ -19,6 +19,7 @@ pub trait Number:
     + Neg<Output = Self>
     + AddAssign
     + SubAssign
+    + PartialEq
 {
     /// The type of one number.
     type Scalar: Real;

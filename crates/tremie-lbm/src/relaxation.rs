@@ -19,11 +19,7 @@ use crate::lanes::Lanes;
 use crate::real::{Number, Real, larger, smaller};
 
 /// A flow curve in lattice units, as the collision asks for it.
-pub trait Relaxation<N>: Send + Sync {
-    /// Whether all cells of a row had better be asked for together: tables are looked up in each cell by itself, and a loop over
-    /// cells with that in it does not become vector code.
-    const BY_ROW: bool;
-
+pub trait Relaxation<N> {
     /// Relaxation rate omega in [0, 2) for the stress measure `q >= 0`.
     fn omega(&self, q: N) -> N;
 
@@ -49,41 +45,113 @@ pub trait Relaxation<N>: Send + Sync {
     fn half_cell(&self, traction: N, cell: [N; 3]) -> N;
 }
 
-/// A flow curve for one cell and for the cells of a row at once.
-pub(crate) trait Law<T>: Relaxation<T> + Relaxation<Lanes<T>> {}
+/// The flow curves of all cells, one by one and for the cells of a row at once.
+pub(crate) trait Law<T: Real>: Send + Sync {
+    /// What the flow curves of a row's cells have of their own; nothing where all are the same.
+    type Own: Copy;
+    /// The flow curves of a row's cells.
+    type Row<'a>: Relaxation<Lanes<T>>
+    where
+        Self: 'a;
+    /// That of one of them.
+    type Cell<'a>: Relaxation<T>
+    where
+        Self: 'a;
 
-impl<T, R: Relaxation<T> + Relaxation<Lanes<T>>> Law<T> for R {}
+    /// Whether all cells of a row had better be asked for together: tables are looked up in each cell by itself, and a loop over
+    /// cells with that in it does not become vector code.
+    const BY_ROW: bool;
 
-/// Newtonian and Bingham fluids.
+    /// What the row whose first cell is `first` has of its own, in a block of which the cells have these structures (module `structure`).
+    fn own(&self, structure: &[f64], first: usize) -> Self::Own;
+
+    /// The flow curves of a row.
+    fn row(&self, own: &Self::Own) -> Self::Row<'_>;
+
+    /// The flow curve of a cell of a row.
+    fn cell(&self, own: &Self::Own, lane: usize) -> Self::Cell<'_>;
+}
+
+impl<N, R: Relaxation<N>> Relaxation<N> for &R {
+    #[inline(always)]
+    fn omega(&self, q: N) -> N {
+        R::omega(self, q)
+    }
+
+    #[inline(always)]
+    fn is_newtonian(&self) -> bool {
+        R::is_newtonian(self)
+    }
+
+    #[inline(always)]
+    fn wall_velocity(&self, traction: N, growth: N, cell: impl Fn(N) -> [N; 3]) -> N {
+        R::wall_velocity(self, traction, growth, cell)
+    }
+
+    #[inline(always)]
+    fn rate(&self, stress: N) -> N {
+        R::rate(self, stress)
+    }
+
+    #[inline(always)]
+    fn half_cell(&self, traction: N, cell: [N; 3]) -> N {
+        R::half_cell(self, traction, cell)
+    }
+}
+
+/// Newtonian and Bingham fluids: one, or one for each cell of a row.
 #[derive(Debug, Clone, Copy)]
-pub struct Bingham<T> {
+pub struct Bingham<N> {
     /// 3 tau_y with the kinematic yield stress in lattice units.
-    pub(crate) threshold: T,
+    pub(crate) threshold: N,
     /// 1/(3 nu_p + 1/2).
-    pub(crate) fastest: T,
+    pub(crate) fastest: N,
     /// Kinematic yield stress.
-    yield_stress: T,
+    yield_stress: N,
     /// Kinematic plastic viscosity.
-    plastic_viscosity: T,
+    plastic_viscosity: N,
 }
 
 impl<T: Real> Bingham<T> {
+    /// The same fluid in every cell of a row, with the yield stress `grown` times as large in each.
+    #[inline(always)]
+    pub(crate) fn grown<N: Number<Scalar = T>>(&self, grown: N) -> Bingham<N> {
+        Bingham {
+            threshold: N::splat(self.threshold) * grown,
+            yield_stress: N::splat(self.yield_stress) * grown,
+            ..self.everywhere()
+        }
+    }
+
+    /// The same fluid in every cell of a row.
+    #[inline(always)]
+    fn everywhere<N: Number<Scalar = T>>(&self) -> Bingham<N> {
+        Bingham {
+            threshold: N::splat(self.threshold),
+            fastest: N::splat(self.fastest),
+            yield_stress: N::splat(self.yield_stress),
+            plastic_viscosity: N::splat(self.plastic_viscosity),
+        }
+    }
+}
+
+impl<N: Number> Bingham<N> {
     /// From the kinematic yield stress and plastic viscosity in lattice units.
     pub fn new(yield_stress: f64, plastic_viscosity: f64) -> Self {
         Self {
-            threshold: T::from_f64(3.0 * yield_stress),
-            fastest: T::from_f64(1.0 / (3.0 * plastic_viscosity + 0.5)),
-            yield_stress: T::from_f64(yield_stress),
-            plastic_viscosity: T::from_f64(plastic_viscosity),
+            threshold: N::from_f64(3.0 * yield_stress),
+            fastest: N::from_f64(1.0 / (3.0 * plastic_viscosity + 0.5)),
+            yield_stress: N::from_f64(yield_stress),
+            plastic_viscosity: N::from_f64(plastic_viscosity),
         }
     }
 
     /// The velocity of the wall where the cell is rigid: `2 v = mean(s)`.
     #[inline(always)]
-    fn wall_velocity_rigid<N: Number<Scalar = T>>(&self, traction: N, growth: N) -> N {
+    fn wall_velocity_rigid(&self, traction: N, growth: N) -> N {
         // With x = t - tau_y the yielded share of the half-cell is x/growth, so 4 nu growth v = x^2, and v = 3 (X - x).
-        let excess = larger(traction - N::splat(self.yield_stress), N::ZERO);
-        let b = N::from_f64(6.0) * N::splat(self.plastic_viscosity) * larger(growth, N::ZERO);
+        let excess = larger(traction - self.yield_stress, N::ZERO);
+        let b = N::from_f64(6.0) * self.plastic_viscosity * larger(growth, N::ZERO);
         let x = (b * b + N::from_f64(2.0) * b * excess).sqrt() - b;
         N::from_f64(3.0) * (excess - x)
     }
@@ -91,28 +159,26 @@ impl<T: Real> Bingham<T> {
     /// The same where it has yielded and has the given fluidity: s(tau) is straight from the centre to the wall, so that
     /// `2 mean(s) = s(t - growth) + s(t)`.
     #[inline(always)]
-    fn wall_velocity_yielded<N: Number<Scalar = T>>(&self, traction: N, fluidity: N) -> N {
+    fn wall_velocity_yielded(&self, traction: N, fluidity: N) -> N {
         let (four, third) = (N::from_f64(4.0), N::from_f64(1.0 / 3.0));
-        let viscosity = N::splat(self.plastic_viscosity);
+        let viscosity = self.plastic_viscosity;
         let share = fluidity * viscosity;
-        let excess = traction - N::splat(self.yield_stress) - share * traction;
+        let excess = traction - self.yield_stress - share * traction;
         larger(excess, N::ZERO) / (four * viscosity + third - third * share)
     }
 }
 
-impl<N: Number> Relaxation<N> for Bingham<N::Scalar> {
-    const BY_ROW: bool = false;
-
+impl<N: Number> Relaxation<N> for Bingham<N> {
     #[inline(always)]
     fn omega(&self, q: N) -> N {
         // At q = 0 the quotient is 0 without a yield stress (omega as for any q) and huge with one (omega = 0).
-        let flowing = N::ONE - N::splat(self.threshold) / larger(q, N::TINY);
-        larger(flowing, N::ZERO) * N::splat(self.fastest)
+        let flowing = N::ONE - self.threshold / larger(q, N::TINY);
+        larger(flowing, N::ZERO) * self.fastest
     }
 
     #[inline(always)]
     fn is_newtonian(&self) -> bool {
-        self.yield_stress == N::Scalar::ZERO
+        self.yield_stress == N::ZERO
     }
 
     #[inline(always)]
@@ -134,7 +200,7 @@ impl<N: Number> Relaxation<N> for Bingham<N::Scalar> {
 
     #[inline(always)]
     fn rate(&self, stress: N) -> N {
-        larger(stress - N::splat(self.yield_stress), N::ZERO) / N::splat(self.plastic_viscosity)
+        larger(stress - self.yield_stress, N::ZERO) / self.plastic_viscosity
     }
 
     #[inline(always)]
@@ -143,9 +209,30 @@ impl<N: Number> Relaxation<N> for Bingham<N::Scalar> {
         let rate = self.rate(wall);
         let yielded = larger(rate - fluidity * wall, N::ZERO);
         // The yielded share of the half-cell; all of it where the stress does not grow by more than that.
-        let excess = rate * N::splat(self.plastic_viscosity);
+        let excess = rate * self.plastic_viscosity;
         let rigid = rate * excess / larger(larger(growth, excess), N::TINY);
         N::from_f64(0.25) * N::where_greater(fluidity, N::ZERO, yielded, rigid)
+    }
+}
+
+impl<T: Real> Law<T> for Bingham<T> {
+    type Own = ();
+    type Row<'a> = Bingham<Lanes<T>>;
+    type Cell<'a> = Self;
+
+    const BY_ROW: bool = false;
+
+    #[inline(always)]
+    fn own(&self, _: &[f64], _: usize) {}
+
+    #[inline(always)]
+    fn row(&self, (): &()) -> Bingham<Lanes<T>> {
+        self.everywhere()
+    }
+
+    #[inline(always)]
+    fn cell(&self, (): &(), _: usize) -> Self {
+        *self
     }
 }
 

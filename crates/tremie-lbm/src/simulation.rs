@@ -10,7 +10,7 @@ use crate::carried::Carried;
 use crate::fluid::Fluid;
 use crate::friction::Friction;
 use crate::grid::{Grid, Kinds};
-use crate::initial::{batch_at, centre};
+use crate::initial::{centre, region_at};
 use crate::inlet::{Inflow, Inlets};
 use crate::lattice::Q;
 use crate::outlet::{Amount, outlets};
@@ -21,6 +21,7 @@ use crate::scaling::{Limits, Scaling};
 use crate::solids::Solids;
 use crate::standing::Braking;
 use crate::stream::Findings;
+use crate::structure::STRUCTURE;
 use crate::surface::Ledger;
 use crate::textbook;
 use crate::topology::{Boundary, CELLS, EDGE, Topology};
@@ -64,6 +65,8 @@ pub struct LatticeBoltzmann<T: Real> {
     /// Simulated time in s.
     time: f64,
     steps: u64,
+    /// Simulated time in s up to which the structure of the fluid is known.
+    structured: f64,
     /// What the length of the next time step is judged by.
     watch: Watch,
     updates: u64,
@@ -92,14 +95,18 @@ fn topology(case: &Case, scaling: &Scaling) -> Topology {
 fn grid<T: Real>(case: &Case, scaling: &Scaling) -> Grid<T> {
     let batches = case.batches();
     let share = |batch: &Option<String>, of: &str| f64::from(u8::from(batch.as_deref() == Some(of)));
-    let inflow = |inlet: &Inlet| batches.iter().map(|of| share(&inlet.batch, of)).collect();
-    let carried = Carried::new(batches.len(), case.inlets.iter().map(inflow).collect());
+    let inflow = |inlet: &Inlet| {
+        let shares = batches.iter().map(|of| share(&inlet.batch, of));
+        shares.chain(case.structure(inlet.structure)).collect()
+    };
+    let structured = case.material.thixotropy.is_some();
+    let carried = Carried::new(batches.len(), structured, case.inlets.iter().map(inflow).collect());
     Grid::new(topology(case, scaling), Solids::new(case, scaling), Inlets::new(case), carried)
 }
 
 /// What drives and resists, for a length of the time step.
 fn fluid<T: Real>(case: &Case, scaling: &Scaling) -> Fluid<T> {
-    Fluid::new(&case.material.curve, case.domain.gravity.to_array(), scaling)
+    Fluid::new(&case.material, case.domain.gravity.to_array(), scaling)
 }
 
 impl<T: Real> LatticeBoltzmann<T> {
@@ -119,13 +126,14 @@ impl<T: Real> LatticeBoltzmann<T> {
             volume: 0.0,
             time: 0.0,
             steps: 0,
+            structured: 0.0,
             watch: Watch::default(),
             updates: 0,
         };
-        new.grid.fill(case, &new.scaling);
+        new.fill();
         if !new.stand() {
             new.grid = grid(case, &new.scaling);
-            new.grid.fill(case, &new.scaling);
+            new.fill();
             new.rows.clear();
         }
         // The fluid has the mass that the case gives it, although the method presses it together a little: what the
@@ -134,13 +142,27 @@ impl<T: Real> LatticeBoltzmann<T> {
         new.grid.spread_mass(-excess);
         new.mass = new.grid.total_mass();
         new.volume = new.mass;
-        let batches = case.batches();
-        new.grid.begin_carried(|at| {
-            let batch = batch_at(case, centre(case, scaling.cell_size, at));
-            batches.iter().map(|of| f64::from(u8::from(batch == Some(of)))).collect()
-        });
+        new.begin_carried();
         new.arrange();
         new
+    }
+
+    /// Puts the fluid of the case into an empty grid, with what it carries.
+    fn fill(&mut self) {
+        self.grid.fill(&self.case, &self.scaling);
+        self.begin_carried();
+    }
+
+    /// Gives the fluid what it carries at the start.
+    fn begin_carried(&mut self) {
+        let Self { case, scaling, grid, .. } = self;
+        let batches = case.batches();
+        grid.begin_carried(|at| {
+            let region = region_at(case, centre(case, scaling.cell_size, at));
+            let batch = region.and_then(|region| region.batch.as_deref());
+            let shares = batches.iter().map(|of| f64::from(u8::from(batch == Some(*of))));
+            shares.chain(case.structure(region.and_then(|region| region.structure))).collect()
+        });
     }
 
     /// Finds stresses in which the fluid stands (module `standing`). Says whether the grid is fit to start from.
@@ -150,7 +172,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         let braking = Braking::new(
             self.grid.largest_pressure(),
             self.scaling.acceleration(gravity),
-            self.scaling.stress(self.case.material.curve.yield_stress()),
+            self.scaling.stress(self.largest_yield_stress()),
         );
         // A mould holds the fluid: its pressure is the right start. Where it can leave, it does not stand.
         let held = self.grid.topology.moving_walls() || self.grid.solids.any() || self.case.has_outlets();
@@ -171,6 +193,12 @@ impl<T: Real> LatticeBoltzmann<T> {
             }
         }
         false
+    }
+
+    /// Yield stress in Pa of the stiffest fluid at the start.
+    fn largest_yield_stress(&self) -> f64 {
+        let structures = self.case.fluid.iter().filter_map(|region| self.case.structure(region.structure));
+        self.case.material.curve.yield_stress() * (1.0 + structures.fold(0.0, f64::max))
     }
 
     /// Largest speed in lattice units.
@@ -317,6 +345,17 @@ impl<T: Real> LatticeBoltzmann<T> {
         self.mass += poured - out.mass;
     }
 
+    /// Lets the fluid build up structure and lose it by shear.
+    fn restructure(&mut self) {
+        let Some(thixotropy) = self.case.material.thixotropy else { return };
+        let unit = 1.0 / self.scaling.time_step;
+        let duration = self.time - self.structured;
+        self.fluid.restructure(&mut self.grid, &self.rows, |structure, rate| {
+            thixotropy.after(structure, rate * unit, duration)
+        });
+        self.structured = self.time;
+    }
+
     fn breakdown(&self, slot: usize, cell: usize) -> Breakdown {
         let position = centre(&self.case, self.scaling.cell_size, self.grid.links[slot].coordinates(cell));
         Breakdown {
@@ -395,6 +434,9 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             self.grid.raise_inlets(self.time, LOOK as f64 * self.scaling.time_step);
         }
         self.arrange();
+        if self.steps.is_multiple_of(STRUCTURE) {
+            self.restructure();
+        }
         Ok(())
     }
 
@@ -435,6 +477,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             "for": self.identity(),
             "steps": self.steps,
             "time": self.time,
+            "structured": self.structured,
             "time_step": self.scaling.time_step,
             "speeds": self.watch.seen,
             "mass": self.mass,
@@ -503,6 +546,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         }
         (self.steps, self.mass, self.ledger) = (count("steps")?, number("mass")?, ledger);
         (self.time, self.watch, self.inflow) = (time, Watch { seen }, inflow);
+        self.structured = number("structured")?;
         self.scaling.time_step = time_step;
         self.fluid = fluid(&self.case, &self.scaling);
         self.grid = grid;

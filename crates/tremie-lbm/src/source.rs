@@ -97,6 +97,8 @@ pub(crate) struct Source<'a, T: Real> {
     special: bool,
     /// Whether the fluid slides with friction along anything.
     pub(crate) rubs: bool,
+    /// The structure in the block's cells; of no length where the fluid has none.
+    pub(crate) structure: &'a [f64],
 }
 
 impl<'a, T: Real> Source<'a, T> {
@@ -113,7 +115,24 @@ impl<'a, T: Real> Source<'a, T> {
         let special = mirrors || !populations.regular;
         let rubs = topology.rubs() || solids.rub();
         let own = populations.own;
-        Self { topology, solids, inlets, links, slot, all: front, own, populations, special, rubs }
+        Self {
+            topology,
+            solids,
+            inlets,
+            links,
+            slot,
+            all: front,
+            own,
+            populations,
+            special,
+            rubs,
+            structure: &[],
+        }
+    }
+
+    /// The same with the structure in the block's cells.
+    pub(crate) fn with(self, structure: &'a [f64]) -> Self {
+        Self { structure, ..self }
     }
 
     /// Populations arriving in a row from the cells around it, whatever these are.

@@ -153,6 +153,7 @@ impl<'a, T: Real> Source<'a, T> {
         &self,
         row: &SurfaceRow,
         physics: &Physics<T, R>,
+        own: &R::Own,
         held: Held<Lanes<T>>,
         slides: [u8; 6],
         f: &mut Populations<T>,
@@ -174,7 +175,8 @@ impl<'a, T: Real> Source<'a, T> {
                 f[to] + self.own(opposite(to), first) - f[from] - self.own(opposite(from), first)
             };
             let force = [m.force[t], m.force[s]];
-            let velocity = wall_velocity(&m, stress, [taken(a, b), taken(c, d)], force, &physics.law);
+            let law = physics.law.row(own);
+            let velocity = wall_velocity(&m, stress, [taken(a, b), taken(c, d)], force, &law);
             let weight = Lanes::from_f64(1.0 / 6.0).only(flat);
             let push = [weight * velocity[0], weight * velocity[1]];
             f[a] += push[0];
@@ -195,13 +197,14 @@ impl<'a, T: Real> Source<'a, T> {
     }
 
     /// Makes the populations that arrived in a surface row ready to collide; `fill` and `mass` are those of the block's cells, `swept`
-    /// is what solids take. What the cells hold ([`Held::Partly`]), and what mass they gain in this step.
+    /// is what solids take, `own` what its flow curves have of their own. What the cells hold ([`Held::Partly`]), and what mass they gain in this step.
     #[inline(always)]
     fn surface<R: Law<T>>(
         &self,
         surface: &Shapes<'_, T>,
         row: &SurfaceRow,
         physics: &Physics<T, R>,
+        own: &R::Own,
         f: &mut Populations<T>,
         fill: &Fill<T>,
         mass: &mut [f64; CELLS],
@@ -236,7 +239,7 @@ impl<'a, T: Real> Source<'a, T> {
         }
         let held = [held, least];
         if row.any_immersed != 0 {
-            self.meet_solids(row, first, &contacts, physics, fill, f, mass, swept);
+            self.meet_solids(row, first, &contacts, physics, own, fill, f, mass, swept);
             self.pour(row, first, f, mass, &mut gain);
         }
         let wet = row.kinds.wet();
@@ -247,10 +250,10 @@ impl<'a, T: Real> Source<'a, T> {
         }
         let mut slides = [slides; 6];
         if self.rubs {
-            self.slide_at_walls(row, &contacts, physics, held.into(), f, &mut slides);
+            self.slide_at_walls(row, &contacts, physics, own, held.into(), f, &mut slides);
         }
-        if !Relaxation::<T>::is_newtonian(&physics.law) {
-            self.yield_at_walls(row, physics, held.into(), slides, f);
+        if !physics.law.row(own).is_newtonian() {
+            self.yield_at_walls(row, physics, own, held.into(), slides, f);
         }
         (held, gain)
     }
@@ -285,7 +288,8 @@ fn step_bulk<T: Real, R: Law<T>>(
             source.arrive(&row.beside, &mut f.0, half);
         }
         let mut density = [[T::ONE; LANES]; 2];
-        collide_pair_here(&f, physics, &mut to, &mut density);
+        let own = [0, 1].map(|half| physics.law.own(source.structure, first_of(pair[half % pair.len()].row)));
+        collide_pair_here(&f, &own, physics, &mut to, &mut density);
         for (half, row) in pair.iter().enumerate() {
             let post = |i: usize| to.0[i][half];
             back.put_row(usize::from(row.row), post, past_caches);
@@ -373,7 +377,8 @@ fn step_block<T: Real, R: Law<T>>(
             for row in &rows.bulk {
                 let f = source.arriving(&row.beside);
                 let to = back.row_mut(usize::from(row.row));
-                let density = rescale_row(&f, Held::Whole, physics, factor, to);
+                let own = physics.law.own(source.structure, first_of(row.row));
+                let density = rescale_row(&f, Held::Whole, &own, physics, factor, to);
                 look_over(row.row, density, findings);
             }
         }
@@ -381,12 +386,14 @@ fn step_block<T: Real, R: Law<T>>(
     for (n, row) in rows.surface.iter().enumerate() {
         ahead.ask(rows.bulk.len() + n);
         let mut f = source.arriving(&row.beside);
-        let (held, gain) = source.surface(surface, row, physics, &mut f, fill, mass, &mut findings.swept);
+        let own = physics.law.own(source.structure, first_of(row.row));
+        let (held, gain) =
+            source.surface(surface, row, physics, &own, &mut f, fill, mass, &mut findings.swept);
         let to = back.row_mut(usize::from(row.row));
         let mut density = Lanes::ONE;
         match change {
-            None => collide_partly_here(&f, &held, physics, to, &mut density),
-            Some(factor) => density = rescale_row(&f, held.into(), physics, factor, to),
+            None => collide_partly_here(&f, &held, &own, physics, to, &mut density),
+            Some(factor) => density = rescale_row(&f, held.into(), &own, physics, factor, to),
         }
         look_over(row.row, density, findings);
         if row.kinds.interface == 0 {
@@ -454,7 +461,7 @@ impl<T: Real> Grid<T> {
     ) {
         findings.resize(self.len(), Findings::default());
         let past_caches = self.slots().count() * 2 * size_of::<Field<T>>() > CACHES;
-        let Self { topology, solids, inlets, links, front, back, fills, shape, mass, .. } = self;
+        let Self { topology, solids, inlets, links, front, back, fills, shape, mass, carried, .. } = self;
         (back.par_iter_mut(), fills.par_iter_mut(), mass.par_iter_mut(), findings.par_iter_mut())
             .into_par_iter()
             .enumerate()
@@ -465,7 +472,8 @@ impl<T: Real> Grid<T> {
                 }
                 findings.swept = 0.0;
                 if !rows[slot].is_empty() {
-                    let source = Source::new(topology, solids, inlets, &links[slot], front, slot);
+                    let source = Source::new(topology, solids, inlets, &links[slot], front, slot)
+                        .with(carried.structure(slot));
                     let surface = Shapes::new(&links[slot], shape, slot);
                     let ahead = Ahead::of(slot, rows, links, front, shape);
                     let mut block = Block { back, fill, mass };
@@ -507,28 +515,31 @@ impl<T: Real> Grid<T> {
         physics: &Physics<T, R>,
         mut see: impl FnMut(usize, &Moments<T>, T),
     ) -> Loads {
-        let Self { topology, solids, inlets, links, front, fills, shape, .. } = self;
+        let Self { topology, solids, inlets, links, front, fills, shape, carried, .. } = self;
         let fill = &fills[slot];
-        let source = Source::new(topology, solids, inlets, &links[slot], front, slot);
+        let source =
+            Source::new(topology, solids, inlets, &links[slot], front, slot).with(carried.structure(slot));
         let surface = Shapes::new(&links[slot], shape, slot);
         let mut mass = self.mass[slot].clone();
         let (mut swept, mut loads) = (0.0, Loads::new(solids.count()));
-        let mut show = |f: &Populations<T>, held: Held<Lanes<T>>, row: u8, kinds: Kinds| {
+        let mut show = |f: &Populations<T>, held: Held<Lanes<T>>, own: &R::Own, row: u8, kinds: Kinds| {
             for k in (0..LANES).filter(|k| kinds.wet() >> k & 1 == 1) {
                 let f: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
                 let m = moments(&f, held.of(k), physics.gravity);
-                see(first_of(row) + k, &m, m.omega(&physics.law));
+                see(first_of(row) + k, &m, m.omega(&physics.law.cell(own, k)));
             }
         };
         for row in &rows.bulk {
             let (f, kinds) = (source.arriving(&row.beside), self.kinds[slot][usize::from(row.row)]);
-            show(&f, Held::Whole, row.row, kinds);
+            let own = physics.law.own(source.structure, first_of(row.row));
+            show(&f, Held::Whole, &own, row.row, kinds);
             source.bear(first_of(row.row), kinds.wet(), None, &f, &mut loads);
         }
         for row in &rows.surface {
             let mut f = source.arriving(&row.beside);
-            let (held, _) = source.surface(&surface, row, physics, &mut f, fill, &mut mass, &mut swept);
-            show(&f, held.into(), row.row, row.kinds);
+            let own = physics.law.own(source.structure, first_of(row.row));
+            let (held, _) = source.surface(&surface, row, physics, &own, &mut f, fill, &mut mass, &mut swept);
+            show(&f, held.into(), &own, row.row, row.kinds);
             let contacts = if row.any_immersed == 0 {
                 [[None; 3]; LANES]
             } else {

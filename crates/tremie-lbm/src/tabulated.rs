@@ -8,7 +8,7 @@ use tremie_numerics::root::turning_point;
 use tremie_rheology::FlowCurve;
 
 use crate::real::{Number, Real, larger};
-use crate::relaxation::Relaxation;
+use crate::relaxation::{Law, Relaxation};
 use crate::scaling::Scaling;
 use crate::table::Table;
 
@@ -87,8 +87,6 @@ fn told<N: Number>(growth: N, traction: N) -> N {
 }
 
 impl<N: Number> Relaxation<N> for Tabulated<N::Scalar> {
-    const BY_ROW: bool = true;
-
     #[inline(always)]
     fn omega(&self, q: N) -> N {
         self.omega.at(q)
@@ -134,6 +132,27 @@ impl<N: Number> Relaxation<N> for Tabulated<N::Scalar> {
         let centre = larger(wall - growth, N::ZERO);
         let mean = (self.integral.at(wall) - self.integral.at(centre)) / growth;
         N::from_f64(0.25) * (N::from_f64(2.0) * mean - self.rate.at(centre) - fluidity * wall)
+    }
+}
+
+impl<T: Real> Law<T> for Tabulated<T> {
+    type Own = ();
+    type Row<'a> = &'a Self;
+    type Cell<'a> = &'a Self;
+
+    const BY_ROW: bool = true;
+
+    #[inline(always)]
+    fn own(&self, _: &[f64], _: usize) {}
+
+    #[inline(always)]
+    fn row(&self, (): &()) -> &Self {
+        self
+    }
+
+    #[inline(always)]
+    fn cell(&self, (): &(), _: usize) -> &Self {
+        self
     }
 }
 

@@ -29,6 +29,7 @@ impl<T: Real> LatticeBoltzmann<T> {
             stress: vec![0.0; total],
             solid: vec![0; total],
             batches: self.case.batches().iter().map(|name| (name.to_string(), vec![0.0; total])).collect(),
+            structure: self.case.material.thixotropy.map(|_| vec![0.0; total]),
             density: self.scaling.density,
             domain: [self.case.domain.min, self.case.domain.max],
             symmetry: [0, 1, 2].map(|a| [symmetric(2 * a), symmetric(2 * a + 1)]),
@@ -116,6 +117,9 @@ impl<T: Real> LatticeBoltzmann<T> {
             };
             for (q, (_, shares)) in cells.batches.iter_mut().enumerate() {
                 shares[n] = self.grid.carried.value((slot, cell), q);
+            }
+            if let Some(structure) = &mut cells.structure {
+                structure[n] = self.grid.carried.structure(slot)[cell];
             }
             cells.pressure[n] = m.excess_density.to_f64() / 3.0 * pressure_unit;
             cells.velocity[n] = DVec3::from(m.velocity.map(|u| u.to_f64() * velocity_unit));

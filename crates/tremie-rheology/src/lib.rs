@@ -4,10 +4,12 @@
 //! `sqrt(T:T/2)` in Pa with T the deviatoric stress; in simple shear both are the usual scalars.
 //! Curves are exact unless they are regularised on purpose: a yield stress is a yield stress, not a large viscosity.
 
+mod thixotropy;
 mod viscoplastic;
 
 use tremie_numerics::root::turning_point;
 
+pub use thixotropy::Thixotropy;
 pub use viscoplastic::{Regularisation, Viscoplastic};
 
 /// No fluid here shears faster, in 1/s.

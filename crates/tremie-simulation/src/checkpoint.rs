@@ -4,8 +4,9 @@
 //! in it depends on wall-clock time, so that the same moment of the same run gives the same file.
 
 use serde::{Deserialize, Serialize};
-use tremie_output::state::State;
+use tremie_output::state::{Array, State};
 
+use crate::filling::Filling;
 use crate::folder::RunFolder;
 use crate::gauges::{Peak, TargetTime};
 use crate::rest::RestWatch;
@@ -18,6 +19,8 @@ use crate::{RestoreError, Simulation};
 pub struct Checkpoint {
     pub(crate) simulation: State,
     pub(crate) run: RunState,
+    /// What had been seen of the filling, if the case asks for it.
+    pub(crate) filling: Vec<(String, Array)>,
 }
 
 /// What the run loop must know to go on as if it had not been interrupted.
@@ -58,7 +61,9 @@ impl Checkpoint {
         let header: Header<RunState> = serde_json::from_value(std::mem::take(&mut simulation.header))
             .map_err(|source| RunError::Checkpoint { path, source })?;
         simulation.header = header.simulation;
-        Ok(Self { simulation, run: header.run })
+        let (filling, arrays) = simulation.arrays.into_iter().partition(|(name, _)| Filling::owns(name));
+        simulation.arrays = arrays;
+        Ok(Self { simulation, run: header.run, filling })
     }
 
     /// Simulated time in s.
@@ -75,8 +80,14 @@ impl Checkpoint {
     }
 
     /// Writes the state of a run; the checkpoint before stays usable until this one is complete.
-    pub(crate) fn write(folder: &RunFolder, mut state: State, run: &RunState) -> Result<(), RunError> {
+    pub(crate) fn write(
+        folder: &RunFolder,
+        mut state: State,
+        run: &RunState,
+        filling: Option<&Filling>,
+    ) -> Result<(), RunError> {
         let path = folder.checkpoint();
+        state.arrays.extend(filling.into_iter().flat_map(Filling::save));
         let header = Header { simulation: std::mem::take(&mut state.header), run };
         state.header = serde_json::to_value(header)
             .map_err(|source| RunError::Checkpoint { path: path.clone(), source })?;

@@ -6,6 +6,7 @@ use tremie_output::vti::Image;
 use tremie_output::{Error, Field, Values};
 
 use crate::Cells;
+use crate::filling::Maps;
 
 /// Writes the fill and the fields of the fluid, cropped to the smallest box that holds it.
 ///
@@ -31,6 +32,7 @@ pub(crate) fn write(cells: &Cells, time: f64, path: &Path) -> Result<(), Error> 
         .map(|(name, shares)| (format!("share of batch {name}"), scalar(&|n| shares[n])))
         .collect();
     let batch: Vec<u8> = numbers.iter().map(|n| cells.batch(*n) as u8).collect();
+    let structure = cells.structure.as_ref().map(|structure| scalar(&|n| structure[n]));
     let corner = cells.centre(first[0], first[1], first[2]) - 0.5 * cells.size;
     fn one<'a>(name: &'a str, values: &'a [f32]) -> Field<'a> {
         Field { name, components: 1, values: Values::F32(values) }
@@ -44,11 +46,29 @@ pub(crate) fn write(cells: &Cells, time: f64, path: &Path) -> Result<(), Error> 
         one("apparent viscosity [Pa s]", &viscosity),
         Field { name: "yielded", components: 1, values: Values::U8(&yielded) },
     ];
+    fields.extend(structure.iter().map(|values| one("structure", values)));
     if !shares.is_empty() {
         fields.push(Field { name: "batch", components: 1, values: Values::U8(&batch) });
     }
     fields.extend(shares.iter().map(|(name, values)| one(name, values)));
     Image { origin: corner.to_array(), spacing: [cells.size; 3], cells: count, time, fields }.write(path)
+}
+
+/// Writes how the form has filled, over the whole box of the snapshot.
+pub(crate) fn write_filling(cells: &Cells, maps: &Maps, time: f64, path: &Path) -> Result<(), Error> {
+    let number = |name, values| Field { name, components: 1, values: Values::F32(values) };
+    let flag = |name, values| Field { name, components: 1, values: Values::U8(values) };
+    let fill: Vec<f32> = cells.fill.iter().map(|fill| *fill as f32).collect();
+    let fields = vec![
+        number("fill", &fill),
+        number("time of filling [s]", &maps.time),
+        number("largest shear rate since filled [1/s]", &maps.shear_rate),
+        flag("fronts met", &maps.met),
+        flag("dead zone", &maps.dead),
+        flag("trapped air", &maps.pocket),
+    ];
+    Image { origin: cells.origin.to_array(), spacing: [cells.size; 3], cells: cells.count, time, fields }
+        .write(path)
 }
 
 /// First cell and number of cells along each axis of the smallest box around all fluid.

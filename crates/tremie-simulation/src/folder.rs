@@ -9,6 +9,7 @@
 //! | `series.csv` | the readings of the gauges over time |
 //! | `fluid.pvd`, `fluid_000000.vti` ... | the fields |
 //! | `surface.pvd`, `surface_000000.vtp` ... | the free surface |
+//! | `filling.vti`, `filling_time_cut.png`, `filling_time_level.png` ... | how the form filled, if the case asks for it |
 //! | `above_000000.png`, `cut_000000.png`, `batches_000000.png` ... | pictures |
 //! | `report.html` | all of it as a page, if one was asked for |
 //! | `checkpoint.tremie` | the state to go on from |
@@ -22,6 +23,7 @@ use tremie_case::{Case, NamedFile};
 use tremie_output::atomic;
 
 use crate::gauges::Gauges;
+use crate::pictures::FILLING_PICTURES;
 use crate::summary::Summary;
 
 /// A folder that holds, or is to hold, one run.
@@ -88,6 +90,7 @@ const REPORT: &str = "report.html";
 const CHECKPOINT: &str = "checkpoint.tremie";
 const FLUID: &str = "fluid.pvd";
 const SURFACE: &str = "surface.pvd";
+const FILLING: &str = "filling.vti";
 /// Prefixes and endings of the files that are numbered.
 const NUMBERED: [(&str, &str); 5] =
     [("fluid_", ".vti"), ("surface_", ".vtp"), ("above_", ".png"), ("cut_", ".png"), ("batches_", ".png")];
@@ -217,6 +220,17 @@ impl RunFolder {
         Summary::from_json(&json, &Gauges::new(case)).ok_or(FolderError::Incomplete { path })
     }
 
+    /// How the form filled, as fields.
+    pub(crate) fn filling(&self) -> PathBuf {
+        self.path.join(FILLING)
+    }
+
+    /// The pictures of how the form filled that there are.
+    pub fn filling_pictures(&self) -> Vec<PathBuf> {
+        let paths = FILLING_PICTURES.iter().map(|name| self.path.join(name));
+        paths.filter(|path| path.is_file()).collect()
+    }
+
     /// The collection of the fields.
     pub fn fluid(&self) -> PathBuf {
         self.path.join(FLUID)
@@ -269,7 +283,8 @@ fn belongs_to_run(name: &str) -> bool {
             .and_then(|rest| rest.strip_suffix(ending))
             .is_some_and(|number| !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit()))
     };
-    [CASE, RECORD, SUMMARY, SERIES, FLUID, SURFACE, REPORT, CHECKPOINT].contains(&name)
+    [CASE, RECORD, SUMMARY, SERIES, FLUID, SURFACE, FILLING, REPORT, CHECKPOINT].contains(&name)
+        || FILLING_PICTURES.contains(&name)
         || NUMBERED.iter().any(numbered)
         || atomic::is_unfinished(name)
 }
@@ -397,6 +412,8 @@ mod tests {
             "fluid.pvd",
             "fluid_000012.vti",
             "cut_000000.png",
+            "filling.vti",
+            "filling_time_cut.png",
             ".a1b2c3.part",
         ];
         let others = ["notes.txt", "fluid_.vti", "fluid_mine.vti", "above.png"];

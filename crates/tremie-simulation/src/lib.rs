@@ -11,6 +11,7 @@
 mod checkpoint;
 mod contract;
 mod fields;
+mod filling;
 mod folder;
 pub mod gauges;
 pub mod pictures;
@@ -25,6 +26,7 @@ pub mod surface;
 
 pub use checkpoint::Checkpoint;
 pub use contract::{Breakdown, Load, RestoreError, Simulation};
+pub use filling::{FillingFigures, Pocket};
 pub use folder::{FolderError, Machine, RunFolder, RunRecord};
 pub use progress::{Observer, Progress};
 pub use run::{Outcome, RunError, run};

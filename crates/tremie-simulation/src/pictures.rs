@@ -9,6 +9,7 @@ use tremie_output::Error;
 use tremie_output::picture::{Circle, Cut, Grid, HeightMap, Palette, Picture};
 
 use crate::Cells;
+use crate::filling::Maps;
 use crate::folder::RunFolder;
 use crate::plan::{Axis, Plan};
 
@@ -28,6 +29,49 @@ pub(crate) fn draw(
     }
     cut(cells, case, Quantity::Speed, Frame::Domain, &title)?
         .write(&folder.path().join(format!("cut_{number:06}.png")))
+}
+
+/// Names of the pictures of how the form filled, each in the vertical cut and at half the height of the fluid.
+pub(crate) const FILLING_PICTURES: [&str; 6] = [
+    "filling_time_cut.png",
+    "filling_time_level.png",
+    "filling_fronts_cut.png",
+    "filling_fronts_level.png",
+    "filling_dead_cut.png",
+    "filling_dead_level.png",
+];
+
+/// Draws how the form has filled.
+pub(crate) fn draw_filling(cells: &Cells, maps: &Maps, case: &Case, folder: &RunFolder) -> Result<(), Error> {
+    let flags = |label, classes: [&'static str; 2], flags: &[u8]| {
+        let flags = flags.to_vec();
+        let value = Box::new(move |n: usize| f64::from(flags[n]));
+        Shown { label, value, palette: Palette::Viridis, classes: classes.to_vec() }
+    };
+    let shown = |what: usize| match what {
+        0 => Shown {
+            label: "time of filling [s]",
+            value: Box::new(|n| f64::from(maps.time[n])),
+            palette: Palette::Viridis,
+            classes: Vec::new(),
+        },
+        1 => flags("fronts", ["one front", "fronts met"], &maps.met),
+        _ => flags("dead zones", ["sheared since filled", "dead zone"], &maps.dead),
+    };
+    let (along, plane) = vertical(cells, case);
+    let wet = (0..cells.fill.len()).filter(|n| cells.fill[*n] >= 0.5);
+    let layers = wet.map(|n| n / (cells.count[0] * cells.count[1]));
+    let (low, high) = layers.fold((usize::MAX, 0), |(low, high), k| (low.min(k), high.max(k + 1)));
+    if high == 0 {
+        return Ok(());
+    }
+    let level = cells.origin.z + 0.5 * (low + high) as f64 * cells.size;
+    for (n, name) in FILLING_PICTURES.into_iter().enumerate() {
+        let (axes, plane) = if n % 2 == 0 { ([along, 2], plane) } else { ([0, 1], level) };
+        section(cells, axes, plane, &shown(n / 2), Frame::Domain, &case.title)?
+            .write(&folder.path().join(name))?;
+    }
+    Ok(())
 }
 
 /// What a cut shows.
@@ -54,6 +98,21 @@ impl Quantity {
             Self::ShearRate => "shear rate [1/s]",
             Self::Yielded => "yielded",
             Self::Batch => "batch",
+        }
+    }
+
+    /// As a section shows it.
+    fn shown(self, cells: &Cells) -> Shown<'_> {
+        let batches = cells.batches.iter().map(|(name, _)| name.as_str());
+        Shown {
+            label: self.label(),
+            value: Box::new(move |n| self.of(cells, n)),
+            palette: if self == Self::Pressure { Palette::Magma } else { Palette::Viridis },
+            classes: match self {
+                Self::Yielded => vec!["not yielded", "flows"],
+                Self::Batch => std::iter::once("no batch").chain(batches).collect(),
+                _ => Vec::new(),
+            },
         }
     }
 
@@ -121,6 +180,12 @@ pub fn cut(
     frame: Frame,
     title: &str,
 ) -> Result<Picture, Error> {
+    let (along, plane) = vertical(cells, case);
+    section(cells, [along, 2], plane, &quantity.shown(cells), frame, title)
+}
+
+/// The horizontal axis of the vertical cut, and where the cut lies across it.
+fn vertical(cells: &Cells, case: &Case) -> (usize, f64) {
     let axes = [0, 1, 2].map(|a| Axis::new(cells, a));
     let (along, across) = if axes[1].extent().len() > axes[0].extent().len() { (1, 0) } else { (0, 1) };
     let plane = match &case.gauges.spread {
@@ -131,12 +196,38 @@ pub fn cut(
             inlet.unwrap_or(0.5 * (low + high))
         }
     };
+    (along, plane)
+}
+
+/// What a section shows.
+struct Shown<'a> {
+    /// Its name with its unit.
+    label: &'a str,
+    /// Its value in each cell.
+    value: Box<dyn Fn(usize) -> f64 + 'a>,
+    palette: Palette,
+    /// Names of classes, if it has any.
+    classes: Vec<&'a str>,
+}
+
+/// What is shown in the plane of two axes, across which it lies at the coordinate `plane`.
+fn section(
+    cells: &Cells,
+    [along, up]: [usize; 2],
+    plane: f64,
+    shown: &Shown,
+    frame: Frame,
+    title: &str,
+) -> Result<Picture, Error> {
+    let axes = [0, 1, 2].map(|a| Axis::new(cells, a));
+    let across = 3 - along - up;
     let depth = axes[across].cell(axes[across].place(plane));
     let cell = |i: isize, k: isize| {
-        let (i, j, k) = (axes[along].cell(i)?, depth?, axes[2].cell(k)?);
-        Some(if along == 0 { cells.index(i, j, k) } else { cells.index(j, i, k) })
+        let mut at = [0; 3];
+        (at[along], at[across], at[up]) = (axes[along].cell(i)?, depth?, axes[up].cell(k)?);
+        Some(cells.index(at[0], at[1], at[2]))
     };
-    let (mut is, mut ks) = (axes[along].extent(), axes[2].extent());
+    let (mut is, mut ks) = (axes[along].extent(), axes[up].extent());
     if frame == Frame::Fluid {
         let wet = |i: isize, k: isize| cell(i, k).is_some_and(|n| cells.fill[n] > 0.0);
         (is, ks) = (
@@ -148,7 +239,7 @@ pub fn cut(
     for k in ks.clone() {
         for i in is.clone() {
             let cell = cell(i, k);
-            values.push(cell.map_or(0.0, |n| quantity.of(cells, n) as f32));
+            values.push(cell.map_or(0.0, |n| (shown.value)(n) as f32));
             fill.push(match cell {
                 Some(n) if cells.solid[n] != 0 => f32::NAN,
                 Some(n) => cells.fill[n] as f32,
@@ -156,29 +247,23 @@ pub fn cut(
             });
         }
     }
-    let names = ["x", "y"];
-    let batches = cells.batches.iter().map(|(name, _)| name.as_str());
-    let classes = match quantity {
-        Quantity::Yielded => vec!["not yielded", "flows"],
-        Quantity::Batch => std::iter::once("no batch").chain(batches).collect(),
-        _ => Vec::new(),
-    };
+    let names = ["x", "y", "z"];
     Cut {
         title: &format!("{title}, {} = {:.0} mm", names[across], 1e3 * plane),
         grid: Grid {
-            origin: [axes[along].coordinate(is.start), axes[2].coordinate(ks.start)],
+            origin: [axes[along].coordinate(is.start), axes[up].coordinate(ks.start)],
             spacing: [cells.size; 2],
             cells: [is.len(), ks.len()],
             mirror: [false; 2],
         },
-        axes: [names[along], "z"],
-        quantity: quantity.label(),
+        axes: [names[along], names[up]],
+        quantity: shown.label,
         values: &values,
         fill: Some(&fill),
         range: None,
-        palette: if quantity == Quantity::Pressure { Palette::Magma } else { Palette::Viridis },
-        classes: (!classes.is_empty()).then_some(&classes),
-        floor: ks.start == axes[2].extent().start,
+        palette: shown.palette,
+        classes: (!shown.classes.is_empty()).then_some(&shown.classes),
+        floor: up == 2 && ks.start == axes[up].extent().start,
     }
     .draw()
 }

@@ -15,6 +15,7 @@ use tremie_output::vtp;
 use tremie_output::{Field, Values};
 
 use crate::checkpoint::{Checkpoint, RunState};
+use crate::filling::Filling;
 use crate::folder::{FolderError, RunFolder, RunRecord};
 use crate::gauges::{Gauges, Readings, TargetTime};
 use crate::progress::{Amounts, Meter, Observer, Progress};
@@ -92,6 +93,7 @@ pub fn run(
         run.write(simulation, false)?;
         if let Some(reason) = run.end(simulation) {
             run.write(simulation, true)?;
+            run.show_filling(simulation)?;
             break reason;
         }
         if interrupt.load(Ordering::Relaxed) {
@@ -123,6 +125,8 @@ struct Run<'a> {
     case: &'a Case,
     folder: &'a RunFolder,
     gauges: Gauges,
+    /// How the form fills, if the case asks for it.
+    filling: Option<Filling>,
     state: RunState,
     series: Series,
     /// Fields and surfaces, if the case wants snapshots.
@@ -144,15 +148,23 @@ impl<'a> Run<'a> {
     ) -> Result<Self, RunError> {
         folder.sweep()?;
         let before = folder.record()?;
+        if let Some(checkpoint) = &resume {
+            checkpoint.restore(simulation)?;
+        }
+        let gauges = Gauges::new(case);
+        let view = simulation.snapshot();
+        let latest = gauges.measure(&view);
+        let Fluid::Cells(cells) = &view.fluid;
+        let mut filling = Filling::new(case, cells);
         let resumed = match resume {
             Some(checkpoint) => {
-                checkpoint.restore(simulation)?;
+                if let Some(filling) = &mut filling {
+                    filling.restore(&checkpoint.filling).map_err(RestoreError::Array)?;
+                }
                 Some(checkpoint.run)
             }
             None => None,
         };
-        let gauges = Gauges::new(case);
-        let latest = gauges.measure(&simulation.snapshot());
         let columns = latest.columns();
         let columns: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
         let time = resumed.as_ref().map(|state| state.time);
@@ -185,6 +197,7 @@ impl<'a> Run<'a> {
             case,
             folder,
             gauges,
+            filling,
             state,
             series,
             collections,
@@ -226,6 +239,10 @@ impl<'a> Run<'a> {
 
     fn read(&mut self, view: &Snapshot) -> Result<(), RunError> {
         let readings = self.gauges.measure(view);
+        if let Some(filling) = &mut self.filling {
+            let Fluid::Cells(cells) = &view.fluid;
+            filling.see(cells, readings.time);
+        }
         let row: Vec<f64> = readings.columns().into_iter().map(|(_, value)| value).collect();
         self.series.append(&row)?;
         if let Some(spread) = &readings.spread {
@@ -290,7 +307,7 @@ impl<'a> Run<'a> {
 
     /// Writes a checkpoint and brings the record up to date.
     fn save(&self, simulation: &dyn Simulation, end: Option<EndReason>) -> Result<(), RunError> {
-        Checkpoint::write(self.folder, simulation.save(), &self.state)?;
+        Checkpoint::write(self.folder, simulation.save(), &self.state, self.filling.as_ref())?;
         Ok(self.folder.write_record(&self.record(simulation, end.map(EndReason::name)))?)
     }
 
@@ -314,8 +331,19 @@ impl<'a> Run<'a> {
         Ok(RunError::Breakdown { breakdown, checkpoint: path.is_file().then_some(path) })
     }
 
+    /// Shows how the form has filled.
+    fn show_filling(&self, simulation: &dyn Simulation) -> Result<(), RunError> {
+        let Some(filling) = &self.filling else { return Ok(()) };
+        let Fluid::Cells(cells) = simulation.snapshot().fluid;
+        let maps = filling.maps(&cells);
+        fields::write_filling(&cells, &maps, self.state.time, &self.folder.filling())?;
+        Ok(pictures::draw_filling(&cells, &maps, self.case, self.folder)?)
+    }
+
     fn summary(&self, simulation: &dyn Simulation, end_reason: EndReason) -> Summary {
-        let readings = self.gauges.measure(&simulation.snapshot());
+        let view = simulation.snapshot();
+        let Fluid::Cells(cells) = &view.fluid;
+        let readings = self.gauges.measure(&view);
         let record = self.record(simulation, None);
         let passed = readings.inflow.iter().sum::<f64>() - readings.outflow.unwrap_or(0.0);
         let due = self.state.first_volume + passed;
@@ -331,6 +359,7 @@ impl<'a> Run<'a> {
                 .zip(self.state.events.iter().map(TargetTime::reached))
                 .collect(),
             peaks: self.gauges.pressure_names().cloned().zip(self.state.peaks.iter().copied()).collect(),
+            filling: self.filling.as_ref().map(|filling| filling.figures(cells)),
             volume_error: if due > 0.0 { volume / due - 1.0 } else { 0.0 },
             steps: record.steps,
             wall: record.wall_s,

@@ -101,6 +101,8 @@ pub struct Cells {
     pub solid: Vec<u8>,
     /// Names of the batches that are followed, and the share of each, 0 to 1, in the fluid of a cell.
     pub batches: Vec<(String, Vec<f64>)>,
+    /// Structure lambda of a thixotropic fluid, whose yield stress is 1 + lambda times that of its flow curve.
+    pub structure: Option<Vec<f64>>,
     /// Density of the fluid in kg/m3.
     pub density: f64,
     /// The domain's lower and upper corner in m.

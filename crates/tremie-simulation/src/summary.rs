@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
+use crate::filling::FillingFigures;
 use crate::gauges::{Gauges, Peak, Readings};
 
 /// Why a run ended.
@@ -48,6 +49,8 @@ pub struct Summary {
     pub events: Vec<(String, Option<f64>)>,
     /// Name of each pressure gauge, and the largest pressure on its wall.
     pub peaks: Vec<(String, Peak)>,
+    /// How the form filled, if the case asks for it.
+    pub filling: Option<FillingFigures>,
     /// Relative change of the fluid's volume since the start of the run, apart from what came in and left.
     pub volume_error: f64,
     /// Time steps.
@@ -75,8 +78,9 @@ impl Summary {
             let values = [peak.pressure, peak.height, peak.time, peak.ratio];
             peak_names(name).into_iter().zip(values.map(|value| json!(value)))
         });
+        let filling = self.filling.iter().map(|filling| ("filling".to_owned(), filling.json()));
         let rest = rest.map(|(name, value)| (name.to_owned(), value));
-        Value::Object(readings.chain(events).chain(peaks).chain(rest).collect::<Map<_, _>>())
+        Value::Object(readings.chain(events).chain(peaks).chain(filling).chain(rest).collect::<Map<_, _>>())
     }
 
     /// The time in s at which that came what the gauge of the event `name` waits for, such as `front_T200_s`, if it did.
@@ -103,6 +107,7 @@ impl Summary {
                 .map(|(t, n)| (n, t))
                 .collect(),
             peaks: gauges.pressure_names().map(peak).collect::<Option<_>>()?,
+            filling: json.get("filling").and_then(FillingFigures::from_json),
             volume_error: number("volume_error")?,
             steps: json.get("steps")?.as_u64()?,
             wall: number("wall_s")?,
@@ -120,6 +125,7 @@ fn peak_names(name: &str) -> [String; 4] {
 mod tests {
     use super::*;
     use crate::SolidLoad;
+    use crate::filling::Pocket;
     use crate::gauges::{Spread, WallPressure};
     use tremie_numerics::DVec3;
 
@@ -163,6 +169,11 @@ mod tests {
                     "form".to_owned(),
                     Peak { pressure: 950.0, height: 0.01, time: 3.0, ratio: 0.95 },
                 )],
+                filling: t500.map(|time| FillingFigures {
+                    last: vec![(time, DVec3::new(1.0, 0.5, 0.25)), (1.25, DVec3::ZERO)],
+                    dead_volume: 2e-3,
+                    pockets: vec![Pocket { volume: 1e-4, centre: DVec3::X }],
+                }),
                 volume_error: -1e-7,
                 steps: 1234,
                 wall: 4.5,

@@ -10,8 +10,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use tremie_case::{
-    Case, Collision, Domain, FluidRegion, FrontGauge, Gauges, Lattice, Lbm, LevelGauge, Material, Method,
-    Output, Precision, Rest, Side, SpreadGauge, Stepping, Stop,
+    Case, Collision, Domain, FillingGauge, FluidRegion, FrontGauge, Gauges, Lattice, Lbm, LevelGauge,
+    Material, Method, Output, Precision, Rest, Side, SpreadGauge, Stepping, Stop,
 };
 use tremie_geometry::Shape;
 use tremie_numerics::{DVec2, DVec3};
@@ -175,7 +175,12 @@ fn case() -> Case {
     let wall = Side::REST;
     Case {
         title: "Cake".into(),
-        material: Material { density: 2300.0, curve: FlowCurve::Newtonian { viscosity: 1.0 } },
+        material: Material {
+            density: 2300.0,
+            curve: FlowCurve::Newtonian { viscosity: 1.0 },
+            thixotropy: None,
+            structure: 0.0,
+        },
         domain: Domain {
             min: DVec3::ZERO,
             max: DVec3::new(0.4, 0.4, 0.08),
@@ -191,6 +196,7 @@ fn case() -> Case {
             shape: Shape::Sphere { centre: DVec3::ZERO, radius: 0.1 },
             velocity: DVec3::ZERO,
             batch: None,
+            structure: None,
         }],
         method: Method::Lbm(Lbm {
             cell_size: CELL,
@@ -212,6 +218,7 @@ fn case() -> Case {
             level: vec![LevelGauge { name: "middle".into(), min: DVec2::ZERO, max: DVec2::splat(0.05) }],
             front: vec![FrontGauge { name: "x".into(), axis: 0, forwards: true, at: 0.15 }],
             light: Vec::new(),
+            filling: Some(FillingGauge { dead_shear_rate: 0.0 }),
         },
         output: Output {
             snapshot_interval: Some(0.2),
@@ -292,6 +299,10 @@ fn a_run_to_the_end_time_leaves_all_results() {
         ["case.toml", "checkpoint.tremie", "fluid.pvd", "series.csv", "summary.json", "surface.pvd"]
             .map(str::to_owned)
             .to_vec(),
+        ["dead_cut", "dead_level", "fronts_cut", "fronts_level", "time_cut", "time_level"]
+            .map(|what| format!("filling_{what}.png"))
+            .to_vec(),
+        vec!["filling.vti".to_owned()],
     ]
     .concat();
     expected.sort();
@@ -319,6 +330,13 @@ fn a_run_to_the_end_time_leaves_all_results() {
     // So does the front along x, which has 0.15 m to go; it counts from where cells are half full.
     let arrival = RELAXATION * ((RADII[1] - RADII[0]) / (RADII[1] - 0.15)).ln();
     assert!((summary["front_x_s"].as_f64().unwrap() - arrival).abs() < 0.05, "{summary} {arrival}");
+    // The cake grows outwards: its rim was filled last, and fluid goes on being sheared beyond 50 mm only.
+    let filling = outcome.summary.filling.as_ref().unwrap();
+    let (time, rim) = filling.last[0];
+    assert!(time > 1.0 && (rim.truncate().length() - Cake::radius(time)).abs() < CELL, "{time} {rim}");
+    let middle = std::f64::consts::PI * 0.05f64.powi(2) * HEIGHT;
+    assert!((filling.dead_volume / middle - 1.0).abs() < 0.3, "{} {middle}", filling.dead_volume);
+    assert!(filling.pockets.is_empty());
     let last = series.rows.last().unwrap();
     for (name, value) in series.columns.iter().zip(last) {
         assert_eq!(summary[name].as_f64(), Some(*value), "{name}");

@@ -6,7 +6,8 @@ use std::process::ExitCode;
 use clap::Args;
 use indicatif::HumanCount;
 use tremie_case::Case;
-use tremie_simulation::{Checkpoint, EndReason, RunError, RunFolder, RunRecord, Summary};
+use tremie_numerics::DVec3;
+use tremie_simulation::{Checkpoint, EndReason, FillingFigures, RunError, RunFolder, RunRecord, Summary};
 
 use crate::failure::{WrongInput, chain};
 use crate::numbers::{Numbers, duration, method, significant};
@@ -223,6 +224,34 @@ pub(crate) fn readings(summary: &Summary) -> Vec<(&'static str, String)> {
     }
     rows.extend(readings.outflow.map(|volume| ("left", passed(volume))));
     rows.push(("speed, 99th percentile", format!("{} mm/s", significant(1e3 * readings.speed_p99))));
+    rows.extend(summary.filling.iter().flat_map(filling));
+    rows
+}
+
+/// How the form filled.
+fn filling(figures: &FillingFigures) -> Vec<(&'static str, String)> {
+    let place = |p: DVec3| {
+        let [x, y, z] = (1e3 * p).to_array();
+        format!("at ({x:.0}, {y:.0}, {z:.0}) mm")
+    };
+    let litres = |volume: f64| format!("{} litres", significant(1e3 * volume));
+    let last = figures.last.iter().enumerate().map(|(n, (time, p))| {
+        let name = if n == 0 { "filled last" } else { "" };
+        (name, format!("{} s {}", significant(*time), place(*p)))
+    });
+    let mut rows: Vec<(&'static str, String)> = last.collect();
+    rows.push(("dead zones", litres(figures.dead_volume)));
+    let number = figures.pockets.len();
+    let air: f64 = figures.pockets.iter().map(|pocket| pocket.volume).sum();
+    rows.push((
+        "trapped air",
+        match figures.pockets.first() {
+            Some(largest) => {
+                format!("{} in {number} pockets, the largest {}", litres(air), place(largest.centre))
+            }
+            None => "none".to_owned(),
+        },
+    ));
     rows
 }
 

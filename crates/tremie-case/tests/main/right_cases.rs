@@ -5,7 +5,7 @@ use std::path::Path;
 use tremie_case::*;
 use tremie_geometry::{Body, Face, Motion, Outline, Shape, Waypoint};
 use tremie_numerics::{DVec2, DVec3};
-use tremie_rheology::{FlowCurve, Regularisation};
+use tremie_rheology::{FlowCurve, Regularisation, Thixotropy};
 
 use super::SLUMP_FLOW;
 
@@ -17,6 +17,8 @@ fn every_value_arrives_in_si_units() {
         material: Material {
             density: 2300.0,
             curve: FlowCurve::Bingham { yield_stress: 50.0, plastic_viscosity: 30.0 },
+            thixotropy: None,
+            structure: 0.0,
         },
         domain: Domain {
             min: DVec3::ZERO,
@@ -36,11 +38,13 @@ fn every_value_arrives_in_si_units() {
                 shape: Shape::Cone { base: DVec3::ZERO, base_radius: 0.1, top_radius: 0.05, height: 0.3 },
                 velocity: DVec3::new(0.0, 0.0, -0.1),
                 batch: None,
+                structure: None,
             },
             FluidRegion {
                 shape: Shape::Cylinder { point: DVec3::ZERO, axis: DVec3::Y, radius: 0.005 },
                 velocity: DVec3::ZERO,
                 batch: None,
+                structure: None,
             },
         ],
         inlets: Vec::new(),
@@ -72,6 +76,7 @@ fn every_value_arrives_in_si_units() {
             pressure: Vec::new(),
             front: Vec::new(),
             light: Vec::new(),
+            filling: None,
         },
         output: Output { snapshot_interval: Some(1.0), picture_interval: None, checkpoint_interval: 60.0 },
         name: "slump_flow.toml".to_owned(),
@@ -100,7 +105,15 @@ stop.time = "10 s"
 #[test]
 fn inline_tables_and_dotted_keys_do_as_well_as_headers() {
     let case = Case::parse("channel.toml", CHANNEL).unwrap();
-    assert_eq!(case.material, Material { density: 1000.0, curve: FlowCurve::Newtonian { viscosity: 1.0 } });
+    assert_eq!(
+        case.material,
+        Material {
+            density: 1000.0,
+            curve: FlowCurve::Newtonian { viscosity: 1.0 },
+            thixotropy: None,
+            structure: 0.0
+        }
+    );
     assert_eq!(case.domain.sides[0..4], [Side::Periodic; 4]);
     assert_eq!(case.domain.cells(0.001), [20, 1, 10]);
     assert_eq!(case.fluid[1].shape, Shape::Sphere { centre: DVec3::ZERO, radius: 0.001 });
@@ -189,6 +202,20 @@ surface = "free_slip"
     assert!(gate.body.signed_distance(DVec3::new(0.0, 0.0005, 0.005)) > 0.0);
     assert_eq!((&slope.motion, slope.surface), (&Motion::REST, Surface::FreeSlip));
     assert!((slope.body.signed_distance(DVec3::new(0.0, 0.0, 0.002)) - 0.0008).abs() < 1e-15);
+}
+
+#[test]
+fn a_fluid_may_stiffen_at_rest() {
+    let thixotropy = "thixotropy = { build_up = \"12 Pa/min\", structure = 0.5 }\n[material.bingham]";
+    let text = SLUMP_FLOW.replacen("[material.bingham]", thixotropy, 1);
+    let text = text.replacen("[[fluid]]", "[[fluid]]\nstructure = 2", 1);
+    let case = Case::parse("thixotropy.toml", &text).unwrap();
+    let Thixotropy { build_up_time, breakdown } = case.material.thixotropy.unwrap();
+    // 50 Pa at 0.2 Pa/s.
+    assert!((build_up_time - 250.0).abs() < 1e-9 && breakdown == 0.005);
+    let own = |n: usize| case.structure(case.fluid[n].structure);
+    assert_eq!((own(0), own(1)), (Some(2.0), Some(0.5)));
+    assert_eq!(Case::parse("slump_flow.toml", SLUMP_FLOW).unwrap().structure(None), None);
 }
 
 #[test]

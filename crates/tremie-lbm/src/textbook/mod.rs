@@ -378,6 +378,7 @@ impl<const Q: usize> Simulation for Dense<Q> {
             stress: of(&|seen| seen.stress * stress),
             batches: Vec::new(),
             solid: vec![0; self.kinds.len()],
+            structure: None,
             density: self.scaling.density,
             domain: [self.case.domain.min, self.case.domain.max],
             symmetry: [0, 1, 2].map(|a| [symmetric(2 * a), symmetric(2 * a + 1)]),

@@ -10,6 +10,7 @@ mod pour;
 mod rest;
 mod solids;
 mod textbook;
+mod thixotropy;
 
 use tremie_case::Case;
 use tremie_simulation::{Cells, Fluid, Simulation};

@@ -24,6 +24,8 @@ pub(super) struct Evidence {
     pub(super) last: Option<(f64, Cells)>,
     /// Pictures from above, and cuts.
     pub(super) pictures: [Vec<PathBuf>; 2],
+    /// Pictures of how the form filled.
+    pub(super) filling: Vec<PathBuf>,
     /// What could not be shown, and why.
     pub(super) missing: Vec<String>,
 }
@@ -64,6 +66,7 @@ impl Evidence {
             series,
             last,
             pictures,
+            filling: folder.filling_pictures(),
             missing,
         })
     }

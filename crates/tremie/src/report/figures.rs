@@ -75,20 +75,42 @@ pub(super) fn last_state(evidence: &Evidence) -> anyhow::Result<Vec<Figure>> {
     Ok(figures)
 }
 
+/// How the form filled, from the pictures of the run.
+pub(super) fn filling(evidence: &Evidence) -> (Vec<Figure>, Vec<String>) {
+    let (mut figures, missing) = read(&evidence.filling, "How the form filled");
+    for (figure, path) in figures.iter_mut().zip(&evidence.filling) {
+        let name = path.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        let where_ =
+            if name.ends_with("_level") { "at half the height of the fluid" } else { "in a vertical cut" };
+        let what = match name.split('_').nth(1) {
+            Some("time") => "When each place was filled",
+            Some("fronts") => "Where fronts met that came from different sides",
+            _ => "Dead zones: where the fluid has not been sheared since the place was filled",
+        };
+        figure.caption = format!("{what}, {where_}.");
+    }
+    (figures, missing)
+}
+
 /// The pictures of the run at times that double, and the last: most happens at the start.
 pub(super) fn over_time(paths: &[PathBuf], what: &str) -> (Vec<Figure>, Vec<String>) {
-    let (mut figures, mut missing) = (Vec::new(), Vec::new());
     let Some(last) = paths.len().checked_sub(1) else {
-        return (figures, missing);
+        return (Vec::new(), Vec::new());
     };
     let doubling = std::iter::successors(Some(1), |n| Some(2 * n)).take_while(|n| *n < last);
     let numbers: BTreeSet<usize> = [0, last].into_iter().chain(doubling).collect();
-    for n in numbers {
-        let path = &paths[n];
+    read(&numbers.into_iter().map(|n| paths[n].clone()).collect::<Vec<_>>(), what)
+}
+
+/// Pictures from their files, and what is wrong with those that are none.
+fn read(paths: &[PathBuf], what: &str) -> (Vec<Figure>, Vec<String>) {
+    let (mut figures, mut missing) = (Vec::new(), Vec::new());
+    for path in paths {
+        let name = path.file_stem().map(|name| name.to_string_lossy()).unwrap_or_default();
         match std::fs::read(path) {
             Ok(png) if png.starts_with(b"\x89PNG\r\n\x1a\n") => figures.push(Figure {
                 png,
-                alt: format!("{what}, picture {n}"),
+                alt: format!("{what}, picture {name}"),
                 caption: String::new(),
                 lines: false,
             }),

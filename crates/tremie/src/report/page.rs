@@ -27,7 +27,8 @@ pub(super) fn page(evidence: &Evidence) -> anyhow::Result<String> {
     let [above, cuts] = &evidence.pictures;
     let (above, no_above) = figures::over_time(above, "The surface from above");
     let (cuts, no_cuts) = figures::over_time(cuts, "Speed in a cut");
-    let missing = [&evidence.missing[..], &no_above, &no_cuts].concat();
+    let (filling, no_filling) = figures::filling(evidence);
+    let missing = [&evidence.missing[..], &no_above, &no_cuts, &no_filling].concat();
     let results = match &evidence.experiment {
         Some((_, figures)) => figures.rows.clone(),
         None => run::readings(summary),
@@ -61,6 +62,11 @@ pub(super) fn page(evidence: &Evidence) -> anyhow::Result<String> {
                 @if !last.is_empty() {
                     h2 { "The last state" }
                     div.figures { @for figure in &last { (show(figure)) } }
+                }
+                @if !filling.is_empty() {
+                    h2 { "Filling" }
+                    p.soft { "Times are those of readings, every " (significant(case.gauges.interval)) " s. Air is not computed: trapped air tells where a pocket would be." }
+                    div.pictures { @for figure in &filling { (show(figure)) } }
                 }
                 @if !(above.is_empty() && cuts.is_empty()) {
                     h2 { "Over time" }
@@ -141,6 +147,11 @@ fn material(evidence: &Evidence) -> Rows {
         rows.push(("plastic viscosity", viscosity));
     } else {
         rows.push(("viscosity", viscosity));
+    }
+    if let Some(thixotropy) = material.thixotropy {
+        let build_up = yield_stress / thixotropy.build_up_time;
+        rows.push(("build-up at rest (Athix)", format!("{} Pa/s", significant(build_up))));
+        rows.push(("breakdown", significant(thixotropy.breakdown)));
     }
     rows.push(("volume", format!("{} litres", significant(1e3 * evidence.first_volume()))));
     rows

@@ -1,6 +1,6 @@
 //! `tremie validate`: benchmarks against closed forms, published numbers and invariances.
 //!
-//! Each benchmark is a folder of `validation/`, built into the program, and a function in `scales`, `channel`, `pipe`, `slip`, `cavity`,
+//! Each benchmark is a folder of `validation/`, built into the program, and a function in `scales`, `channel`, `pipe`, `thixotropy`, `slip`, `cavity`,
 //! `surface`, `collapse`, `l_box`, `lcpc_box`, `control_volume`, `slump`, `stl` or `invariance`; `benchmark` is what they share, `flow` how they drive a
 //! simulation, `report` what is shown.
 //! A new one is a folder, a function, and a line in `BENCHMARKS`.
@@ -25,6 +25,7 @@ mod slump;
 mod stl;
 mod surface;
 mod thin_layer;
+mod thixotropy;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -90,6 +91,7 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(channel::couette_return, "couette-return", "case.toml"),
     benchmark!(channel::film_newtonian, "film-newtonian", "case.toml"),
     benchmark!(pipe::pipe_bingham, "pipe-bingham", "case.toml", "reference.csv"),
+    benchmark!(thixotropy::thixotropy_box, "thixotropy-box", "rest.toml", "couette.toml", "stiffen.toml"),
     benchmark!(slip::slip_newtonian, "slip-newtonian", "case.toml"),
     benchmark!(slip::slip_bingham, "slip-bingham", "case.toml"),
     benchmark!(slip::slip_inclined, "slip-inclined", "case.toml"),
