@@ -185,11 +185,13 @@ pub(super) fn slip_inclined(context: &Context) -> anyhow::Result<Vec<Check>> {
     let channels: Vec<Inclined> = (0..DRAWS).map(|_| Inclined::draw(&mut random)).collect();
     let errors = channels.par_iter().map(|channel| channel.error(&case)).collect::<Result<Vec<_>, _>>()?;
     let drawn: Vec<_> = errors.iter().zip(&channels).collect();
-    let worst = |least: f64| {
-        let longer = drawn.iter().filter(|(_, channel)| channel.slip_length > least);
-        longer.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs())).copied()
+    let worst = |seen: fn(&Inclined) -> bool| {
+        let seen = drawn.iter().filter(|(_, channel)| seen(channel));
+        seen.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs())).copied()
     };
-    let (Some((error, channel)), Some((longer, _))) = (worst(0.0), worst(0.25)) else {
+    // Below that viscosity the solver gives up exact walls for stability.
+    let plain = |channel: &Inclined| channel.slip_length > 0.25 && channel.viscosity > 1.0 / 64.0;
+    let (Some((error, channel)), Some((longer, _))) = (worst(|_| true), worst(plain)) else {
         bail!("no channel was drawn")
     };
     let Inclined { slip_length, viscosity, .. } = channel;
@@ -197,7 +199,7 @@ pub(super) fn slip_inclined(context: &Context) -> anyhow::Result<Vec<Check>> {
     let mean = errors.iter().map(|error| error.abs()).sum::<f64>() / DRAWS as f64;
     Ok(vec![
         context.zero("slip length", name, "", *error)?,
-        shown("largest error for slip lengths above a quarter of a cell", longer.abs()),
+        shown("largest error for slip lengths above 1/4 of a cell and viscosities above 1/64", longer.abs()),
         shown("mean error of the slip length", mean),
     ])
 }
