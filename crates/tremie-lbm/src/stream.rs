@@ -288,7 +288,8 @@ fn step_bulk<T: Real, R: Law<T>>(
             source.arrive(&row.beside, &mut f.0, half);
         }
         let mut density = [[T::ONE; LANES]; 2];
-        let own = [0, 1].map(|half| physics.law.own(source.structure, first_of(pair[half % pair.len()].row)));
+        let own = [&pair[0], &pair[pair.len() - 1]];
+        let own = own.map(|row| physics.law.own(source.structure, first_of(row.row)));
         collide_pair_here(&f, &own, physics, &mut to, &mut density);
         for (half, row) in pair.iter().enumerate() {
             let post = |i: usize| to.0[i][half];
