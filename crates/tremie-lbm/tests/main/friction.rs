@@ -88,6 +88,55 @@ fn a_short_slip_length_is_none_and_a_long_one_lets_go() {
 }
 
 #[test]
+fn inclined_walls_have_the_slip_length_that_is_asked_for() {
+    // A channel 25 cells wide that rises by 4 in 11 and repeats along both axes; mean velocity of a plane Poiseuille flow with slip.
+    let band = |bottom: f64| {
+        format!(
+            "[[solid]]\nsurface = {{ navier = {{ slip_length = \"SLIP mm\" }} }}\n\
+             difference.from = {{ plane = {{ point = [\"0 m\", \"0 m\", \"{} mm\"], normal = [-4, 0, 11] }} }}\n\
+             difference.without = [{{ plane = {{ point = [\"0 m\", \"0 m\", \"{bottom} mm\"], normal = [-4, 0, 11] }} }}]\n",
+            bottom + 53.5936
+        )
+    };
+    let across = DVec3::new(-4.0, 0.0, 11.0).normalize();
+    let along = DVec3::new(across.z, 0.0, -across.x);
+    let drive = 0.01 * along;
+    for slip in [0.5, 2.0] {
+        let text = format!(
+            "[material]\ndensity = \"2000 kg/m3\"\nnewtonian.viscosity = \"5 Pa s\"\n\
+             [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"440 mm\", \"4 mm\", \"160 mm\"]\n\
+             gravity = [\"{} m/s2\", \"0 m/s2\", \"{} m/s2\"]\n\
+             sides = {{ x_min = \"periodic\", x_max = \"periodic\", y_min = \"periodic\", y_max = \"periodic\", z_min = \"periodic\", z_max = \"periodic\" }}\n\
+             [[fluid]]\nbox = {{ min = [\"-1 m\", \"-1 m\", \"-1 m\"], max = [\"1 m\", \"1 m\", \"1 m\"] }}\n{}{}{}\n\
+             [lbm]\ncell_size = \"4 mm\"\nprecision = \"f64\"\ntime_step = \"1 ms\"\n",
+            drive.x,
+            drive.z,
+            band(-160.0),
+            band(0.0),
+            band(160.0)
+        )
+        .replace("SLIP", &format!("{}", 4.0 * slip));
+        let cells = cells(&*advanced(&case(&text), 5000));
+        let (mut speed, mut parabola, mut count) = (0.0, 0.0, 0.0);
+        for k in 0..cells.count[2] {
+            for i in 0..cells.count[0] {
+                let n = cells.index(i, 0, k);
+                if cells.solid[n] == 0 {
+                    let wall = DVec3::new(0.0, 0.0, 0.0535936);
+                    let d = (cells.centre(i, 0, k) - wall).dot(across).rem_euclid(0.16 * across.z);
+                    speed += cells.velocity[n].dot(along);
+                    parabola += d * (0.1 - d);
+                    count += 1.0;
+                }
+            }
+        }
+        // u = rho a (d (h - d) + l h)/(2 mu)
+        let found = (speed / count * 2.0 * 5.0 / (2000.0 * drive.length()) - parabola / count) / 0.1 / 0.004;
+        assert!((found / slip - 1.0).abs() < 0.1, "{found} instead of {slip}");
+    }
+}
+
+#[test]
 fn mass_is_kept_at_slanted_walls_with_friction() {
     let text = format!(
         "{CONCRETE}[domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"80 mm\", \"160 mm\", \"160 mm\"]\n\

@@ -174,6 +174,27 @@ fn free_slip_walls_let_a_plug_go_on() {
 }
 
 #[test]
+fn concrete_stands_between_free_slip_walls() {
+    // In the corner of two of them: their edge takes nothing in, and the pressure along them carries the cells beside them.
+    let wall = |min: &str| {
+        format!(
+            "[[solid]]\nbox = {{ min = [{min}, \"-1 m\"], max = [\"1 m\", \"1 m\", \"1 m\"] }}\nsurface = \"free_slip\"\n"
+        )
+    };
+    let text = format!(
+        "{CONCRETE}[domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"80 mm\", \"80 mm\", \"240 mm\"]\n\
+         [[fluid]]\nbox = {{ min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"1 m\", \"1 m\", \"203 mm\"] }}\n{}{}\
+         [lbm]\ncell_size = \"10 mm\"\nprecision = \"f64\"\n",
+        wall("\"-1 m\", \"50 mm\""),
+        wall("\"50 mm\", \"-1 m\"")
+    );
+    let cells = cells(&*advanced(&case(&text), 1500));
+    let full = cells.velocity.iter().zip(&cells.fill).filter(|(_, fill)| **fill > 0.999);
+    let fastest = full.map(|(u, _)| u.length()).fold(0.0, f64::max);
+    assert!(fastest > 0.0 && fastest < 2e-4, "{fastest}");
+}
+
+#[test]
 fn a_sliding_wall_that_recedes_lets_go() {
     // A block that stands by itself, and a plate against its side that is drawn away: air comes in between.
     let text = "[material]\ndensity = \"2300 kg/m3\"\n\
