@@ -32,10 +32,12 @@
 //!
 //! In an edge or a corner, where a cell is in contact with several surfaces, all this is done for each of them with the links that come out of it.
 
+use std::borrow::Cow;
+
 use tremie_numerics::{DMat3, DVec3};
 
 use crate::grid::Fill;
-use crate::lanes::Lanes;
+use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, MIRROR, Q, W, opposite};
 use crate::loads::vector;
 use crate::real::Real;
@@ -54,18 +56,22 @@ const LEAST_FACING: f64 = 0.05;
 /// Share of a store that is put back in a step.
 const RETURNED: f64 = 5e-5;
 
+/// What the cells of a row away from solids are in contact with. (To write it anew for each row takes time.)
+static NONE: Contacts = [[None; 3]; LANES];
+
 /// The matrix v v.
 pub(crate) fn outer(v: DVec3) -> DMat3 {
     DMat3::from_cols(v * v.x, v * v.y, v * v.z)
 }
 
 impl<T: Real> Source<'_, T> {
-    /// What the cells of a row beside solids are in contact with.
-    #[inline(never)]
-    pub(crate) fn contacts(&self, row: &SurfaceRow, first: usize) -> Contacts {
+    /// What the cells of a row are in contact with.
+    #[inline(always)]
+    pub(crate) fn contacts<'r>(&self, row: &'r SurfaceRow, first: usize) -> Cow<'r, Contacts> {
         match &row.contacts {
-            Some(contacts) => **contacts,
-            None => self.solids.contacts(self.links, first, &row.immersed),
+            _ if row.any_immersed == 0 => Cow::Borrowed(&NONE),
+            Some(contacts) => Cow::Borrowed(contacts),
+            None => Cow::Owned(self.solids.contacts(self.links, first, &row.immersed)),
         }
     }
 

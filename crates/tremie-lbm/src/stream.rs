@@ -211,8 +211,11 @@ impl<'a, T: Real> Source<'a, T> {
         swept: &mut f64,
     ) -> ([Lanes<T>; 2], [f64; LANES]) {
         let first = first_of(row.row);
-        let contacts = if row.any_immersed == 0 { [[None; 3]; LANES] } else { self.contacts(row, first) };
-        let slides = bits(|k| contacts[k].iter().flatten().any(|contact| contact.slides));
+        let contacts = self.contacts(row, first);
+        let slides = match row.any_immersed {
+            0 => 0,
+            _ => bits(|k| contacts[k].iter().flatten().any(|contact| contact.slides)),
+        };
         let mut gain = [0.0; LANES];
         let (mut held, mut least) = (Lanes::INFINITY, Lanes::from_f64(LEAST_RESISTANCE));
         if row.kinds.interface != 0 {
@@ -541,11 +544,7 @@ impl<T: Real> Grid<T> {
             let own = physics.law.own(source.structure, first_of(row.row));
             let (held, _) = source.surface(&surface, row, physics, &own, &mut f, fill, &mut mass, &mut swept);
             show(&f, held.into(), &own, row.row, row.kinds);
-            let contacts = if row.any_immersed == 0 {
-                [[None; 3]; LANES]
-            } else {
-                source.contacts(row, first_of(row.row))
-            };
+            let contacts = source.contacts(row, first_of(row.row));
             source.bear(first_of(row.row), row.kinds.wet(), Some((row, &contacts)), &f, &mut loads);
         }
         loads
