@@ -31,7 +31,7 @@ use crate::transport::fluxes;
 const LEAST: f64 = 1e-6;
 /// The range of shares, and of structure.
 const SHARE: [f64; 2] = [0.0, 1.0];
-const STRUCTURE: [f64; 2] = [0.0, f64::INFINITY];
+const ANY: [f64; 2] = [0.0, f64::INFINITY];
 
 /// What a block carries; quantity q of a cell is at `q CELLS + cell`.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -251,7 +251,7 @@ fn find_bounds(
             let [least, most] = bounds.unwrap_or([value; 2]);
             Some([least.min(value), most.max(value)])
         });
-        bounds.unwrap_or(STRUCTURE)
+        bounds.unwrap_or(ANY)
     };
     let wet = kinds[slot].iter().any(|kinds| kinds.wet() != 0);
     if wet { (0..CELLS).map(around).collect() } else { Vec::new() }
@@ -390,7 +390,7 @@ impl<T: Real> Grid<T> {
                         (&mut amounts[(q + 1) * CELLS + cell], &mut values[q * CELLS + cell]);
                     if carried > LEAST {
                         let [least, most] = match self.carried.structure {
-                            Some(structure) if structure == q => *bounds.get(cell).unwrap_or(&STRUCTURE),
+                            Some(structure) if structure == q => *bounds.get(cell).unwrap_or(&ANY),
                             _ => SHARE,
                         };
                         *value = (*amount / carried).clamp(least, most);

@@ -38,8 +38,7 @@ use tremie_numerics::{DMat3, DVec3};
 
 use crate::grid::Fill;
 use crate::lanes::{LANES, Lanes};
-use crate::lattice::{C, MIRROR, Q, W, opposite};
-use crate::loads::vector;
+use crate::lattice::{C, MIRROR, Q, W, opposite, vector};
 use crate::real::Real;
 use crate::relaxation::Law;
 use crate::rows::SurfaceRow;
@@ -105,7 +104,7 @@ impl<T: Real> Source<'_, T> {
                 let friction = self.solids.friction(contact.solid).filter(|_| !contact.along_lattice());
                 if contact.slides || friction.is_some() {
                     slides = true;
-                    let momentum: DVec3 = (1..Q).map(|i| vector(C[i]) * leaving[i]).sum();
+                    let momentum: DVec3 = (1..Q).map(|i| vector(i) * leaving[i]).sum();
                     let fill = if interface { fill[(0, cell)].to_f64().clamp(0.0, 1.0) } else { 1.0 };
                     let velocity = momentum / density - 0.5 * fill * gravity;
                     let entering = contact.links().map(|i| (i, leaving[opposite(i)]));
@@ -124,7 +123,7 @@ impl<T: Real> Source<'_, T> {
                     }
                 }
                 for i in contact.links() {
-                    let c = vector(C[i]);
+                    let c = vector(i);
                     if let Some((j, from)) = self.mirrored(row, k, contact, i) {
                         let mirrored = self.left(cell, C[j], from).to_f64();
                         f[i].0[k] = T::from_f64(mirrored);
@@ -196,7 +195,7 @@ fn sliding(
     // What the traction grows by with the wall's velocity, and the part of it across the normal.
     let (mut response, mut aside) = (DMat3::ZERO, DMat3::from_diagonal(DVec3::splat(BLIND)));
     for (i, leaving) in links {
-        let c = vector(C[i]);
+        let c = vector(i);
         let weight = 6.0 * W[i] * density;
         // Momentum that the flow carries along is no stress.
         let carried = W[i] * density * (4.5 * c.dot(u).powi(2) - 1.5 * u.length_squared());

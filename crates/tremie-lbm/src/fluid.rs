@@ -78,12 +78,13 @@ impl<T: Real> Fluid<T> {
         grid: &Grid<T>,
         slot: usize,
         rows: &Rows,
+        loads: Option<&mut Loads>,
         see: impl FnMut(usize, &Moments<T>, T),
-    ) -> Loads {
+    ) {
         match self {
-            Self::Bingham(physics) => grid.moments(slot, rows, physics, see),
-            Self::Tabulated(physics) => grid.moments(slot, rows, physics, see),
-            Self::Structured(physics) => grid.moments(slot, rows, physics, see),
+            Self::Bingham(physics) => grid.moments(slot, rows, physics, loads, see),
+            Self::Tabulated(physics) => grid.moments(slot, rows, physics, loads, see),
+            Self::Structured(physics) => grid.moments(slot, rows, physics, loads, see),
         }
     }
 }

@@ -2,6 +2,8 @@
 //!
 //! Velocities come in opposite pairs, (1, 2), (3, 4), ..., after the one at rest.
 
+use tremie_numerics::DVec3;
+
 /// Number of velocities.
 pub(crate) const Q: usize = 19;
 
@@ -94,6 +96,11 @@ macro_rules! each_face {
     };
 }
 pub(crate) use each_face;
+
+/// The velocity number `i`.
+pub(crate) fn vector(i: usize) -> DVec3 {
+    DVec3::from(C[i].map(f64::from))
+}
 
 #[cfg(test)]
 mod tests {

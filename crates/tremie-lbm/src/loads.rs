@@ -23,7 +23,7 @@ use tremie_numerics::DVec3;
 use tremie_simulation::Wall;
 
 use crate::lanes::{LANES, Lanes};
-use crate::lattice::{C, Q, W, opposite};
+use crate::lattice::{C, Q, W, opposite, vector};
 use crate::real::Real;
 use crate::rows::SurfaceRow;
 use crate::solids::{Contacts, Touching};
@@ -56,10 +56,6 @@ pub(crate) struct Face {
     pub(crate) area: f64,
     /// Force that presses on it.
     pub(crate) force: f64,
-}
-
-pub(crate) fn vector(c: [i32; 3]) -> DVec3 {
-    DVec3::from(c.map(f64::from))
 }
 
 impl Loads {
@@ -111,14 +107,14 @@ impl<T: Real> Source<'_, T> {
             if inside && around.is_none_or(|(row, _)| row.any_immersed >> k & 1 == 0) {
                 continue;
             }
-            let at = vector(cell.map(|n| n as i32)) + 0.5;
+            let at = DVec3::from(cell.map(|n| n as f64)) + 0.5;
             let touching: Touching = around.map_or([None; 3], |(_, contacts)| contacts[k]);
             // Area and force across each side, and across each solid surface.
             let (mut sides, mut solid) = ([[0.0; 2]; 6], [[0.0; 2]; 3]);
             for i in 1..Q {
                 let (arriving, leaving) = (f[i].0[k].to_f64(), self.own[(opposite(i), first + k)].to_f64());
                 let is = |bits: u8| bits >> k & 1 == 1;
-                let (c, middle) = (vector(C[i]), at - 0.5 * vector(C[i]));
+                let (c, middle) = (vector(i), at - 0.5 * vector(i));
                 let side = |a: usize| self.crossed(cell, C[i], a);
                 let kind = |side: usize| self.topology.sides[side / 2][side % 2];
                 let Some((row, _)) = around.filter(|(row, _)| is(row.solid[i])) else {

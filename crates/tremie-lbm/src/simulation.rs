@@ -205,7 +205,7 @@ impl<T: Real> LatticeBoltzmann<T> {
     fn fastest(&self) -> f64 {
         let mut fastest = 0.0f64;
         for slot in self.grid.slots() {
-            self.fluid.moments(&self.grid, slot, &self.rows[slot], |_, m, _| {
+            self.fluid.moments(&self.grid, slot, &self.rows[slot], None, |_, m, _| {
                 let square: f64 = m.velocity.iter().map(|u| u.to_f64().powi(2)).sum();
                 fastest = fastest.max(square.sqrt());
             });

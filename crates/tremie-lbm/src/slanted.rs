@@ -23,7 +23,7 @@ use tremie_numerics::{DMat3, DVec3};
 
 use crate::contact::outer;
 use crate::friction::Friction;
-use crate::lattice::{C, Q, W, opposite};
+use crate::lattice::{Q, W, opposite, vector};
 use crate::real::Real;
 use crate::relaxation::Relaxation;
 use crate::solids::Contact;
@@ -58,11 +58,6 @@ pub(crate) struct Sliding {
 /// r, for a link along `c`.
 fn place(contact: &Contact, c: DVec3) -> f64 {
     1.0 - 0.5 * c.dot(contact.normal) / contact.distance
-}
-
-/// Velocity of the lattice number `i`.
-fn vector(i: usize) -> DVec3 {
-    DVec3::from(C[i].map(f64::from))
 }
 
 impl Sheared<'_> {

@@ -12,7 +12,7 @@ use tremie_numerics::DVec3;
 use crate::friction::Friction;
 use crate::inlet::THICKNESS;
 use crate::lanes::LANES;
-use crate::lattice::{C, Q};
+use crate::lattice::{Q, vector};
 use crate::scaling::Scaling;
 use crate::topology::{Links, ROWS};
 
@@ -239,7 +239,7 @@ impl Solids {
         let centre = self.centre(at);
         let mut found: Touching = [self.nearest(centre, DVec3::ZERO), None, None];
         for i in links {
-            let c = DVec3::from(C[i].map(f64::from));
+            let c = vector(i);
             let comes_out = |contact: &Contact| c.dot(contact.normal) > 0.0;
             // The nearest surface, if it is flat, or else that which the link meets.
             let mut of = 0;

@@ -511,21 +511,22 @@ impl<T: Real> Grid<T> {
         );
     }
 
-    /// The moments and the relaxation rate of every wet cell of a block, as the next collision will see them; gives what walls bear.
+    /// The moments and the relaxation rate of every wet cell of a block, as the next collision will see them; adds what walls bear to `loads`, if that is asked for.
     pub(crate) fn moments<R: Law<T>>(
         &self,
         slot: usize,
         rows: &Rows,
         physics: &Physics<T, R>,
+        mut loads: Option<&mut Loads>,
         mut see: impl FnMut(usize, &Moments<T>, T),
-    ) -> Loads {
+    ) {
         let Self { topology, solids, inlets, links, front, fills, shape, carried, .. } = self;
         let fill = &fills[slot];
         let source =
             Source::new(topology, solids, inlets, &links[slot], front, slot).with(carried.structure(slot));
         let surface = Shapes::new(&links[slot], shape, slot);
         let mut mass = self.mass[slot].clone();
-        let (mut swept, mut loads) = (0.0, Loads::new(solids.count()));
+        let mut swept = 0.0;
         let mut show = |f: &Populations<T>, held: Held<Lanes<T>>, own: &R::Own, row: u8, kinds: Kinds| {
             for k in (0..LANES).filter(|k| kinds.wet() >> k & 1 == 1) {
                 let f: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
@@ -537,16 +538,19 @@ impl<T: Real> Grid<T> {
             let (f, kinds) = (source.arriving(&row.beside), self.kinds[slot][usize::from(row.row)]);
             let own = physics.law.own(source.structure, first_of(row.row));
             show(&f, Held::Whole, &own, row.row, kinds);
-            source.bear(first_of(row.row), kinds.wet(), None, &f, &mut loads);
+            if let Some(loads) = &mut loads {
+                source.bear(first_of(row.row), kinds.wet(), None, &f, loads);
+            }
         }
         for row in &rows.surface {
             let mut f = source.arriving(&row.beside);
             let own = physics.law.own(source.structure, first_of(row.row));
             let (held, _) = source.surface(&surface, row, physics, &own, &mut f, fill, &mut mass, &mut swept);
             show(&f, held.into(), &own, row.row, row.kinds);
-            let contacts = source.contacts(row, first_of(row.row));
-            source.bear(first_of(row.row), row.kinds.wet(), Some((row, &contacts)), &f, &mut loads);
+            if let Some(loads) = &mut loads {
+                let contacts = source.contacts(row, first_of(row.row));
+                source.bear(first_of(row.row), row.kinds.wet(), Some((row, &contacts)), &f, loads);
+            }
         }
-        loads
     }
 }

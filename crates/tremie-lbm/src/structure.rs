@@ -61,7 +61,7 @@ impl<T: Real> Fluid<T> {
         let slots: Vec<usize> = grid.slots().collect();
         let of_block = |slot: usize| -> Vec<f64> {
             let mut structure = grid.carried.structure(slot).to_vec();
-            self.moments(grid, slot, &rows[slot], |cell, m, omega| {
+            self.moments(grid, slot, &rows[slot], None, |cell, m, omega| {
                 structure[cell] = next(structure[cell], omega.to_f64() * m.q.to_f64());
             });
             structure

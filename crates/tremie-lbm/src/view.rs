@@ -106,7 +106,8 @@ impl<T: Real> LatticeBoltzmann<T> {
         let velocity_unit = self.scaling.velocity_unit();
         let rate_unit = 1.0 / self.scaling.time_step;
         let links = &self.grid.links[slot];
-        self.fluid.moments(&self.grid, slot, &self.rows[slot], |cell, m, omega| {
+        let mut loads = Loads::new(self.grid.solids.count());
+        self.fluid.moments(&self.grid, slot, &self.rows[slot], Some(&mut loads), |cell, m, omega| {
             let at = links.coordinates(cell);
             let n = cells.index(at[0] - low[0], at[1] - low[1], at[2] - low[2]);
             let interface = self.grid.kinds[slot][cell / EDGE].interface >> (cell % EDGE) & 1 == 1;
@@ -128,7 +129,8 @@ impl<T: Real> LatticeBoltzmann<T> {
             let rate = omega.to_f64() * q;
             cells.shear_rate[n] = rate * rate_unit;
             cells.stress[n] = (q - 0.5 * rate) / 3.0 * pressure_unit;
-        })
+        });
+        loads
     }
 
     /// Lower corner and size in cells of the smallest box around the fluid, and around the solids that meet the domain.
