@@ -1,0 +1,15 @@
+//! Rigid inclusions: aggregates and fibres that feel a fluid and are felt by it.
+//!
+//! [`Inclusions`] are the bodies, as arrays. The fluid is only a trait here, a [`Carrier`]: anything that can say how fast it moves at a point
+//! and take a force there. What bodies can touch besides each other is another, [`Walls`].
+//! Everything is in SI units.
+
+mod carrier;
+mod form;
+mod inclusions;
+mod walls;
+
+pub use carrier::{Carrier, Seen};
+pub use form::Form;
+pub use inclusions::{Inclusions, Kind};
+pub use walls::{Periods, Wall, Walls};

@@ -1,0 +1,53 @@
+//! What bodies can touch besides each other.
+
+use tremie_numerics::DVec3;
+
+/// The wall nearest to a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wall {
+    /// Distance in m from the point to the wall, negative inside it.
+    pub distance: f64,
+    /// Unit normal out of the wall.
+    pub normal: DVec3,
+    /// Velocity in m/s of the wall there.
+    pub velocity: DVec3,
+}
+
+/// Sides of a form, bars and moving solids.
+pub trait Walls: Sync {
+    /// The wall that is nearest to a point, if one is nearer than `within` in m.
+    fn nearest(&self, at: DVec3, within: f64) -> Option<Wall>;
+}
+
+/// No walls anywhere.
+impl Walls for () {
+    fn nearest(&self, _: DVec3, _: f64) -> Option<Wall> {
+        None
+    }
+}
+
+/// Lengths in m after which space repeats itself, along each axis.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Periods(pub [Option<f64>; 3]);
+
+impl Periods {
+    /// The shortest of the vectors that mean the same as `way`.
+    pub fn shortest(&self, mut way: DVec3) -> DVec3 {
+        for axis in 0..3 {
+            if let Some(period) = self.0[axis] {
+                way[axis] -= period * (way[axis] / period).round();
+            }
+        }
+        way
+    }
+
+    /// The point between 0 and the period that means the same as `at`, where space began at `origin`.
+    pub fn inside(&self, origin: DVec3, mut at: DVec3) -> DVec3 {
+        for axis in 0..3 {
+            if let Some(period) = self.0[axis] {
+                at[axis] -= period * ((at[axis] - origin[axis]) / period).floor();
+            }
+        }
+        at
+    }
+}
