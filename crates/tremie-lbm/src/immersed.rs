@@ -1,11 +1,12 @@
-//! What inclusions see of the fluid, and do to it.
+//! What the lattice keeps for inclusions.
 //!
 //! Each step leaves the velocity of every cell as it was in the middle of the step, half of the forces included, and the share of
 //! the cell that is fluid; and takes a force on each cell, beside its weight. Both are kept cell by cell, because inclusions lie where they like:
-//! what is asked for at a point are runs of four cells, not rows.
+//! what is asked for at a point are runs of four cells (module `delta`), not rows.
 
 use crate::lanes::{LANES, Lanes};
 use crate::real::Real;
+use crate::spread::Reach;
 use crate::topology::ROWS;
 
 /// A vector and one more number for each cell of a block.
@@ -18,6 +19,22 @@ impl<T: Real> Vectors<T> {
     #[inline(always)]
     pub(crate) fn row(&self, row: usize) -> &[[T; 4]; LANES] {
         &self.0[row & (ROWS - 1)]
+    }
+
+    /// The same to write.
+    #[inline(always)]
+    pub(crate) fn row_mut(&mut self, row: usize) -> &mut [[T; 4]; LANES] {
+        &mut self.0[row & (ROWS - 1)]
+    }
+
+    /// All cells, to be saved.
+    pub(crate) fn cells(&self) -> &[[T; 4]] {
+        self.0.as_flattened()
+    }
+
+    /// All cells, to be loaded.
+    pub(crate) fn cells_mut(&mut self) -> &mut [[T; 4]] {
+        self.0.as_flattened_mut()
     }
 
     /// Writes the cells of a row.
@@ -33,20 +50,24 @@ impl<T: Real> Vectors<T> {
 pub(crate) type Field<T> = Vec<Option<Box<Vectors<T>>>>;
 
 /// What all blocks keep for inclusions, by slot; nothing where there are none.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(crate) struct Immersed<T> {
     /// Whether there are inclusions.
     any: bool,
-    /// Velocity, and the share of the cell that is fluid.
-    seen: Field<T>,
+    /// The share of the cell that is fluid, last, and the velocity times it.
+    pub(crate) seen: Field<T>,
     /// Forces.
-    pushes: Field<T>,
+    pub(crate) pushes: Field<T>,
+    /// For each point that was asked for last, the share of what lies around it that is fluid.
+    pub(crate) shares: Vec<T>,
+    /// Which blocks points reach into.
+    pub(crate) reach: [Reach; 3],
 }
 
 impl<T: Real> Immersed<T> {
     /// For a fluid with inclusions in it, or without.
     pub(crate) fn new(any: bool) -> Self {
-        Self { any, seen: Vec::new(), pushes: Vec::new() }
+        Self { any, seen: Vec::new(), pushes: Vec::new(), shares: Vec::new(), reach: Default::default() }
     }
 
     /// Without any fluid.
@@ -57,15 +78,14 @@ impl<T: Real> Immersed<T> {
     /// Appends a slot.
     pub(crate) fn push_slot(&mut self) {
         self.seen.push(self.any.then(bytemuck::allocation::zeroed_box));
-        self.pushes.push(None);
+        self.pushes.push(self.any.then(bytemuck::allocation::zeroed_box));
     }
 
     /// Forgets what a slot held.
     pub(crate) fn clear(&mut self, slot: usize) {
-        if let Some(seen) = &mut self.seen[slot] {
-            **seen = bytemuck::Zeroable::zeroed();
+        for vectors in [&mut self.seen[slot], &mut self.pushes[slot]].into_iter().flatten() {
+            **vectors = bytemuck::Zeroable::zeroed();
         }
-        self.pushes[slot] = None;
     }
 
     /// Forces on the cells of a block, where any push.

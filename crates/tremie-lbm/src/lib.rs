@@ -15,8 +15,10 @@
 mod adapt;
 mod ahead;
 mod carried;
+mod carrier;
 mod collision;
 mod contact;
+mod delta;
 mod fluid;
 mod friction;
 mod grid;
@@ -39,6 +41,7 @@ mod simulation;
 mod slanted;
 mod solids;
 mod source;
+mod spread;
 mod standing;
 mod store;
 mod stream;

@@ -4,9 +4,11 @@ use bytemuck::cast_slice;
 use tremie_case::{Case, Inlet, Precision, Side, Stepping, Surface};
 use tremie_output::state::{Array, State};
 use tremie_simulation::{Breakdown, Load, RestoreError, Simulation, Snapshot};
+use tremie_suspension::Suspension;
 
 use crate::adapt::{INTERVAL, Look, Watch};
 use crate::carried::Carried;
+use crate::carrier::Lattice;
 use crate::fluid::Fluid;
 use crate::friction::Friction;
 use crate::grid::{Grid, Kinds};
@@ -57,6 +59,8 @@ pub struct LatticeBoltzmann<T: Real> {
     pub(crate) rows: Vec<Rows>,
     findings: Vec<Findings>,
     pub(crate) ledger: Ledger,
+    /// What swims in it.
+    pub(crate) suspension: Option<Suspension>,
     /// What has come in, by inlet.
     pub(crate) inflow: Vec<Inflow>,
     /// Mass at the start, or when the time step last changed, with what has come in and left since, which rounding is held against.
@@ -93,7 +97,7 @@ fn topology(case: &Case, scaling: &Scaling) -> Topology {
 }
 
 /// A grid without fluid.
-fn grid<T: Real>(case: &Case, scaling: &Scaling) -> Grid<T> {
+fn grid<T: Real>(case: &Case, scaling: &Scaling, immersed: bool) -> Grid<T> {
     let batches = case.batches();
     let share = |batch: &Option<String>, of: &str| f64::from(u8::from(batch.as_deref() == Some(of)));
     let inflow = |inlet: &Inlet| {
@@ -102,7 +106,7 @@ fn grid<T: Real>(case: &Case, scaling: &Scaling) -> Grid<T> {
     };
     let structured = case.material.thixotropy.is_some();
     let carried = Carried::new(batches.len(), structured, case.inlets.iter().map(inflow).collect());
-    let immersed = Immersed::new(false);
+    let immersed = Immersed::new(immersed);
     Grid::new(topology(case, scaling), Solids::new(case, scaling), Inlets::new(case), carried, immersed)
 }
 
@@ -114,15 +118,22 @@ fn fluid<T: Real>(case: &Case, scaling: &Scaling) -> Fluid<T> {
 impl<T: Real> LatticeBoltzmann<T> {
     /// The case at time zero.
     pub fn new(case: &Case) -> Self {
+        Self::with(case, None)
+    }
+
+    /// The same with bodies in it.
+    pub fn with(case: &Case, suspension: Option<Suspension>) -> Self {
         let scaling = Plan::new(case).scaling;
+        let immersed = suspension.is_some();
         let mut new = Self {
             case: case.clone(),
-            grid: grid(case, &scaling),
+            grid: grid(case, &scaling, immersed),
             scaling,
             fluid: fluid(case, &scaling),
             rows: Vec::new(),
             findings: Vec::new(),
             ledger: Ledger::default(),
+            suspension,
             inflow: vec![Inflow::default(); case.inlets.len()],
             mass: 0.0,
             volume: 0.0,
@@ -134,7 +145,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         };
         new.fill();
         if !new.stand() {
-            new.grid = grid(case, &new.scaling);
+            new.grid = grid(case, &new.scaling, immersed);
             new.fill();
             new.rows.clear();
         }
@@ -146,6 +157,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         new.volume = new.mass;
         new.begin_carried();
         new.arrange();
+        new.begin_immersed();
         new
     }
 
@@ -153,6 +165,38 @@ impl<T: Real> LatticeBoltzmann<T> {
     fn fill(&mut self) {
         self.grid.fill(&self.case, &self.scaling);
         self.begin_carried();
+    }
+
+    /// Lets the bodies see the fluid of the first state.
+    fn begin_immersed(&mut self) {
+        let Self { fluid, grid, rows, suspension, .. } = self;
+        if suspension.is_none() {
+            return;
+        }
+        for slot in grid.slots().collect::<Vec<_>>() {
+            let mut seen = std::mem::take(&mut grid.immersed.seen[slot]);
+            if let Some(seen) = &mut seen {
+                fluid.moments(grid, slot, &rows[slot], None, |cell, m, _| {
+                    let [x, y, z] = m.velocity.map(|u| u * m.fill);
+                    seen.cells_mut()[cell] = [x, y, z, m.fill];
+                });
+            }
+            grid.immersed.seen[slot] = seen;
+        }
+    }
+
+    /// Moves the bodies on by a step, and lets the fluid feel them in its own.
+    fn carry_bodies(&mut self) {
+        let Some(suspension) = &mut self.suspension else { return };
+        self.grid.look(&self.rows);
+        let mut lattice = Lattice {
+            grid: &mut self.grid,
+            scaling: &self.scaling,
+            corner: self.case.domain.min,
+            gravity: self.case.domain.gravity,
+            viscosity: self.case.material.curve.plastic_viscosity(),
+        };
+        suspension.step(&mut lattice, &());
     }
 
     /// Gives the fluid what it carries at the start.
@@ -213,6 +257,11 @@ impl<T: Real> LatticeBoltzmann<T> {
             });
         }
         fastest
+    }
+
+    /// The bodies in it, if there are any.
+    pub fn suspension(&self) -> Option<&Suspension> {
+        self.suspension.as_ref()
     }
 
     /// Mass in kg that has come in, that has left, and that was added so that the fluid keeps its volume, since the start.
@@ -396,6 +445,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         if self.grid.solids.any_slide() {
             self.grid.even_stores(&self.rows);
         }
+        self.carry_bodies();
         self.fluid.step(&mut self.grid, &self.rows, change.map(T::from_f64), &mut self.findings);
         self.pass();
         self.time += self.scaling.time_step;

@@ -40,6 +40,9 @@ pub struct Suspension {
     points: Vec<DVec3>,
     seen: Vec<Seen>,
     forces: Vec<DVec3>,
+    /// The first point of each body, and where its centre was.
+    firsts: Vec<usize>,
+    centres: Vec<DVec3>,
 }
 
 impl Suspension {
@@ -55,6 +58,8 @@ impl Suspension {
             points: Vec::new(),
             seen: Vec::new(),
             forces: Vec::new(),
+            firsts: Vec::new(),
+            centres: Vec::new(),
         }
     }
 
@@ -103,12 +108,26 @@ impl Suspension {
             .collect();
         self.react(&firsts, &moved);
         carrier.push(&self.points, &self.forces);
+        self.firsts = firsts;
+        self.centres.clone_from(&self.inclusions.position);
         for (n, (to, _, _)) in moved.into_iter().enumerate() {
             self.inclusions.position[n] = self.periods.inside(self.origin, to.position);
             self.inclusions.orientation[n] = to.orientation;
             self.inclusions.velocity[n] = to.velocity;
             self.inclusions.angular_velocity[n] = to.angular_velocity;
         }
+    }
+
+    /// Force in N and moment in N m of the fluid on a body in the last step.
+    pub fn drag(&self, n: usize) -> (DVec3, DVec3) {
+        let (mut force, mut moment) = (DVec3::ZERO, DVec3::ZERO);
+        let points = self.firsts.get(n).copied().zip(self.firsts.get(n + 1).copied());
+        for k in points.map_or(0..0, |(first, end)| first..end) {
+            let arm = self.points[k] - self.centres[n];
+            force -= self.forces[k];
+            moment -= arm.cross(self.forces[k]);
+        }
+        (force, moment)
     }
 
     fn grips_of(&self, n: usize) -> &[Grip] {

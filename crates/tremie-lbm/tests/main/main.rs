@@ -4,6 +4,7 @@ mod adaptive;
 mod batches;
 mod conservation;
 mod friction;
+mod inclusions;
 mod invariance;
 mod loads;
 mod pour;
