@@ -5,16 +5,16 @@
 
 use rayon::prelude::*;
 use tremie_numerics::DVec3;
-use tremie_suspension::{Carrier, Seen};
+use tremie_suspension::{Carrier, Seen, Wall, Walls};
 
 use crate::delta::{Around, each_cell, line, mirrored};
 use crate::grid::Grid;
 use crate::lanes::LANES;
 use crate::lattice::{C, Q};
 use crate::real::Real;
-use crate::rows::Rows;
 use crate::scaling::Scaling;
-use crate::topology::EDGE;
+use crate::solids::Solids;
+use crate::topology::{Boundary, EDGE, Topology};
 
 /// Share of fluid below which a point counts as being in air.
 const LEAST: f64 = 1e-3;
@@ -85,6 +85,43 @@ impl<T: Real> Carrier for Lattice<'_, T> {
     }
 }
 
+/// What bodies can touch: solids, walls of the domain, and planes of symmetry, beyond which their mirror images are.
+pub(crate) struct Sides<'a> {
+    pub(crate) topology: &'a Topology,
+    pub(crate) solids: &'a Solids,
+    /// Velocity in m/s of what moves a cell in a step.
+    pub(crate) unit: f64,
+}
+
+impl Walls for Sides<'_> {
+    fn nearest(&self, at: DVec3, within: f64) -> Option<Wall> {
+        let solid = self.solids.nearest_to(at, within);
+        let wall = |(distance, normal, velocity): (f64, DVec3, DVec3)| Wall {
+            distance,
+            normal,
+            velocity: self.unit * velocity,
+        };
+        let mut found = solid.map(wall);
+        let at = at - self.solids.corner();
+        for (axis, sides) in self.topology.sides.iter().enumerate() {
+            let end = self.topology.cells[axis] as f64 * self.solids.size();
+            for (side, distance, normal) in
+                [(sides[0], at[axis], DVec3::AXES[axis]), (sides[1], end - at[axis], -DVec3::AXES[axis])]
+            {
+                let velocity = match side {
+                    Boundary::Wall(velocity) => self.unit * DVec3::from(velocity),
+                    Boundary::Symmetry => DVec3::ZERO,
+                    Boundary::Periodic | Boundary::Open => continue,
+                };
+                if distance < found.map_or(within, |wall| wall.distance) {
+                    found = Some(Wall { distance, normal, velocity });
+                }
+            }
+        }
+        found
+    }
+}
+
 impl<T: Real> Grid<T> {
     /// The cells around a point in cells from the domain's lower corner.
     #[inline(always)]
@@ -93,12 +130,11 @@ impl<T: Real> Grid<T> {
     }
 
     /// Makes what is seen fit the cells as they are now: after a step, cells may have become fluid or air.
-    pub(crate) fn look(&mut self, rows: &[Rows]) {
+    pub(crate) fn look(&mut self) {
         let Self { immersed, kinds, fills, front, .. } = self;
         immersed.seen.par_iter_mut().enumerate().skip(2).for_each(|(slot, seen)| {
-            let (Some(seen), Some(rows)) = (seen, rows.get(slot)) else { return };
-            for row in &rows.surface {
-                let (row, kinds) = (usize::from(row.row), kinds[slot][usize::from(row.row)]);
+            let Some(seen) = seen else { return };
+            for (row, kinds) in kinds[slot].iter().enumerate().filter(|(_, kinds)| kinds.liquid != 0xff) {
                 for (k, cell) in seen.row_mut(row).iter_mut().enumerate() {
                     let at = row * EDGE + k;
                     let fill = match (kinds.liquid >> k & 1, kinds.interface >> k & 1) {

@@ -4,10 +4,11 @@
 //! the cell that is fluid; and takes a force on each cell, beside its weight. Both are kept cell by cell, because inclusions lie where they like:
 //! what is asked for at a point are runs of four cells (module `delta`), not rows.
 
+use crate::grid::Grid;
 use crate::lanes::{LANES, Lanes};
 use crate::real::Real;
 use crate::spread::Reach;
-use crate::topology::ROWS;
+use crate::topology::{CELLS, ROWS};
 
 /// A vector and one more number for each cell of a block.
 #[derive(Debug, Clone, Copy, bytemuck::Zeroable)]
@@ -98,9 +99,37 @@ impl<T: Real> Immersed<T> {
         (&mut self.seen, &self.pushes)
     }
 
+    /// What a slot holds for the cells that are `wet`, in a form that can be saved; zero for others.
+    pub(crate) fn saved(&self, slot: usize, wet: impl Fn(usize) -> bool) -> Vec<T> {
+        let of = |vectors: &Vectors<T>| -> Vec<T> {
+            let cells = vectors.cells().iter().enumerate();
+            cells.flat_map(|(n, cell)| if wet(n) { *cell } else { [T::ZERO; 4] }).collect()
+        };
+        [&self.seen[slot], &self.pushes[slot]].into_iter().flatten().flat_map(|vectors| of(vectors)).collect()
+    }
+
     /// Memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let boxes = self.seen.iter().chain(&self.pushes).flatten().count();
         boxes * size_of::<Vectors<T>>()
+    }
+}
+
+impl<T: Real> Grid<T> {
+    /// Fills the blocks with what was saved, in the order of their slots; none if it is of another size.
+    pub(crate) fn load_immersed(&mut self, saved: &[T]) -> Option<()> {
+        let slots: Vec<usize> = self.slots().collect();
+        if saved.len() != slots.len() * 2 * 4 * CELLS {
+            return None;
+        }
+        for (slot, saved) in slots.into_iter().zip(saved.chunks_exact(2 * 4 * CELLS)) {
+            let (seen, pushes) = saved.split_at(4 * CELLS);
+            let immersed = &mut self.immersed;
+            for (to, from) in [(&mut immersed.seen[slot], seen), (&mut immersed.pushes[slot], pushes)] {
+                let cells = to.as_deref_mut()?.cells_mut();
+                cells.as_flattened_mut().copy_from_slice(from);
+            }
+        }
+        Some(())
     }
 }

@@ -8,7 +8,7 @@ use tremie_suspension::Suspension;
 
 use crate::adapt::{INTERVAL, Look, Watch};
 use crate::carried::Carried;
-use crate::carrier::Lattice;
+use crate::carrier::{Lattice, Sides};
 use crate::fluid::Fluid;
 use crate::friction::Friction;
 use crate::grid::{Grid, Kinds};
@@ -40,13 +40,17 @@ const SETTLED: f64 = 0.1;
 
 /// A case made ready to run by the lattice Boltzmann method, by the scheme and in the precision that it asks for.
 pub fn simulation(case: &Case) -> Box<dyn Simulation> {
-    let lbm = settings(case);
-    if let Some(textbook) = lbm.textbook() {
-        return textbook::simulation(case, textbook);
+    match settings(case).textbook() {
+        Some(textbook) => textbook::simulation(case, textbook),
+        None => simulation_with(case, None),
     }
-    match lbm.precision {
-        Precision::F32 => Box::new(LatticeBoltzmann::<f32>::new(case)),
-        Precision::F64 => Box::new(LatticeBoltzmann::<f64>::new(case)),
+}
+
+/// The same with these bodies in it. (The schemes of the textbooks carry none.)
+pub fn simulation_with(case: &Case, suspension: Option<Suspension>) -> Box<dyn Simulation> {
+    match settings(case).precision {
+        Precision::F32 => Box::new(LatticeBoltzmann::<f32>::with(case, suspension)),
+        Precision::F64 => Box::new(LatticeBoltzmann::<f64>::with(case, suspension)),
     }
 }
 
@@ -122,7 +126,7 @@ impl<T: Real> LatticeBoltzmann<T> {
     }
 
     /// The same with bodies in it.
-    pub fn with(case: &Case, suspension: Option<Suspension>) -> Self {
+    fn with(case: &Case, suspension: Option<Suspension>) -> Self {
         let scaling = Plan::new(case).scaling;
         let immersed = suspension.is_some();
         let mut new = Self {
@@ -188,7 +192,7 @@ impl<T: Real> LatticeBoltzmann<T> {
     /// Moves the bodies on by a step, and lets the fluid feel them in its own.
     fn carry_bodies(&mut self) {
         let Some(suspension) = &mut self.suspension else { return };
-        self.grid.look(&self.rows);
+        self.grid.look();
         let mut lattice = Lattice {
             grid: &mut self.grid,
             scaling: &self.scaling,
@@ -196,7 +200,11 @@ impl<T: Real> LatticeBoltzmann<T> {
             gravity: self.case.domain.gravity,
             viscosity: self.case.material.curve.plastic_viscosity(),
         };
-        suspension.step(&mut lattice, &());
+        // What is seen and pushed has nothing to do with solids.
+        let (topology, solids) = (lattice.grid.topology.clone(), std::mem::take(&mut lattice.grid.solids));
+        let unit = self.scaling.velocity_unit();
+        suspension.step(&mut lattice, &Sides { topology: &topology, solids: &solids, unit });
+        self.grid.solids = solids;
     }
 
     /// Gives the fluid what it carries at the start.
@@ -257,11 +265,6 @@ impl<T: Real> LatticeBoltzmann<T> {
             });
         }
         fastest
-    }
-
-    /// The bodies in it, if there are any.
-    pub fn suspension(&self) -> Option<&Suspension> {
-        self.suspension.as_ref()
     }
 
     /// Mass in kg that has come in, that has left, and that was added so that the fluid keeps its volume, since the start.
@@ -509,7 +512,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
     fn save(&self) -> State {
         let (places, free) = self.grid.layout();
         let (mut fields, mut mass, mut kinds) = (Vec::<T>::new(), Vec::<f64>::new(), Vec::<u8>::new());
-        let mut carried = Vec::<f64>::new();
+        let (mut carried, mut immersed) = (Vec::<f64>::new(), Vec::<T>::new());
         for slot in self.grid.slots() {
             // Where a cell has no such value, something is left over that means nothing; as zero it takes no room, and
             // the same moment of the same run gives the same file.
@@ -524,6 +527,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             mass.extend_from_slice(&*self.grid.mass[slot]);
             kinds.extend_from_slice(cast_slice(&self.grid.kinds[slot]));
             carried.extend(self.grid.carried.saved(slot, wet));
+            immersed.extend(self.grid.immersed.saved(slot, wet));
         }
         let header = serde_json::json!({
             "for": self.identity(),
@@ -542,7 +546,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             "rises": self.grid.rises(),
             "inflow": self.inflow.iter().map(|inflow| [inflow.whole, inflow.volume]).collect::<Vec<_>>(),
         });
-        let arrays = vec![
+        let mut arrays = vec![
             ("places".into(), Array::U32(places)),
             ("free".into(), Array::U32(free)),
             ("fields".into(), T::into_array(fields)),
@@ -550,6 +554,12 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             ("kinds".into(), Array::U8(kinds)),
             ("carried".into(), Array::F64(carried)),
         ];
+        if let Some(suspension) = &self.suspension {
+            let (numbers, labels) = suspension.inclusions.saved();
+            arrays.push(("immersed".into(), T::into_array(immersed)));
+            arrays.push(("inclusions".into(), Array::F64(numbers)));
+            arrays.push(("labels".into(), Array::U32(labels)));
+        }
         State { header, arrays }
     }
 
@@ -575,6 +585,14 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         grid.solids.forget_all();
         let Array::F64(carried) = array("carried")? else { return Err(missing("carried")) };
         grid.load(fields, mass, kinds, carried).map_err(missing)?;
+        if let Some(suspension) = &mut self.suspension {
+            let immersed = T::from_array(array("immersed")?).ok_or_else(|| missing("immersed"))?;
+            grid.load_immersed(immersed).ok_or_else(|| missing("immersed"))?;
+            let (Array::F64(numbers), Array::U32(labels)) = (array("inclusions")?, array("labels")?) else {
+                return Err(missing("inclusions"));
+            };
+            suspension.inclusions.load(numbers, labels).ok_or_else(|| missing("inclusions"))?;
+        }
         let rises = serde_json::from_value(state.header["rises"].clone()).map_err(|_| missing("rises"))?;
         grid.restore_rises(rises).ok_or_else(|| missing("rises"))?;
         let seen = serde_json::from_value(state.header["speeds"].clone()).map_err(|_| missing("speeds"))?;

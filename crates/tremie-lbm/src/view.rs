@@ -44,7 +44,16 @@ impl<T: Real> LatticeBoltzmann<T> {
         let inflow = self.inflow.iter().map(|inflow| inflow.volume).collect();
         let out = self.ledger.drained.volume * size.powi(3);
         let outflow = self.case.has_outlets().then_some(out);
-        Snapshot { time: self.time(), fluid: Fluid::Cells(cells), solids, walls, inflow, outflow }
+        let inclusions = self.suspension.as_ref().map(|suspension| suspension.inclusions.clone());
+        Snapshot {
+            time: self.time(),
+            fluid: Fluid::Cells(cells),
+            inclusions: inclusions.unwrap_or_default(),
+            solids,
+            walls,
+            inflow,
+            outflow,
+        }
     }
 
     /// What solids bear, and what all else does, in SI units.

@@ -112,6 +112,7 @@ impl Simulation for Cake {
             let nothing = Cells { size, density, domain, symmetry, ..Cells::default() };
             return Snapshot {
                 time: self.time,
+                inclusions: Default::default(),
                 fluid: Fluid::Cells(nothing),
                 solids: Vec::new(),
                 walls: WallLoads::default(),
@@ -138,6 +139,7 @@ impl Simulation for Cake {
         }
         Snapshot {
             time: self.time,
+            inclusions: Default::default(),
             fluid: Fluid::Cells(cells),
             solids: Vec::new(),
             walls: WallLoads::default(),

@@ -40,9 +40,6 @@ pub struct Suspension {
     points: Vec<DVec3>,
     seen: Vec<Seen>,
     forces: Vec<DVec3>,
-    /// The first point of each body, and where its centre was.
-    firsts: Vec<usize>,
-    centres: Vec<DVec3>,
 }
 
 impl Suspension {
@@ -58,8 +55,6 @@ impl Suspension {
             points: Vec::new(),
             seen: Vec::new(),
             forces: Vec::new(),
-            firsts: Vec::new(),
-            centres: Vec::new(),
         }
     }
 
@@ -108,26 +103,12 @@ impl Suspension {
             .collect();
         self.react(&firsts, &moved);
         carrier.push(&self.points, &self.forces);
-        self.firsts = firsts;
-        self.centres.clone_from(&self.inclusions.position);
         for (n, (to, _, _)) in moved.into_iter().enumerate() {
             self.inclusions.position[n] = self.periods.inside(self.origin, to.position);
             self.inclusions.orientation[n] = to.orientation;
             self.inclusions.velocity[n] = to.velocity;
             self.inclusions.angular_velocity[n] = to.angular_velocity;
         }
-    }
-
-    /// Force in N and moment in N m of the fluid on a body in the last step.
-    pub fn drag(&self, n: usize) -> (DVec3, DVec3) {
-        let (mut force, mut moment) = (DVec3::ZERO, DVec3::ZERO);
-        let points = self.firsts.get(n).copied().zip(self.firsts.get(n + 1).copied());
-        for k in points.map_or(0..0, |(first, end)| first..end) {
-            let arm = self.points[k] - self.centres[n];
-            force -= self.forces[k];
-            moment -= arm.cross(self.forces[k]);
-        }
-        (force, moment)
     }
 
     fn grips_of(&self, n: usize) -> &[Grip] {
@@ -158,20 +139,26 @@ impl Suspension {
         firsts
     }
 
-    /// The drag at each point, turned round.
+    /// The drag at each point, turned round, and what comes of it for each body.
     fn react(&mut self, firsts: &[usize], moved: &[(Motion, Motion, Response)]) {
         let mut forces = std::mem::take(&mut self.forces);
         forces.resize(self.points.len(), DVec3::ZERO);
         for (n, (_, mean, _)) in moved.iter().enumerate() {
             let (turn, first) = (self.inclusions.orientation[n], firsts[n]);
             let axis = turn * DVec3::Z;
+            let (mut drag, mut torque) = (DVec3::ZERO, DVec3::ZERO);
             for (k, grip) in self.grips_of(n).iter().enumerate() {
                 let seen = &self.seen[first + k];
-                let slip = mean.at(turn * grip.at) - seen.velocity;
+                let arm = turn * grip.at;
+                let slip = if seen.share > 0.0 { mean.at(arm) - seen.velocity } else { DVec3::ZERO };
                 let along = axis * slip.dot(axis);
                 let force = grip.across * (slip - along) + grip.along * along;
-                forces[first + k] = if seen.share > 0.0 { force } else { DVec3::ZERO };
+                drag -= force;
+                torque -= arm.cross(force);
+                forces[first + k] = force;
             }
+            self.inclusions.drag[n] = drag;
+            self.inclusions.torque[n] = torque;
         }
         self.forces = forces;
     }
