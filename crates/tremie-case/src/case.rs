@@ -7,9 +7,11 @@ use tremie_geometry::mesh::ClosedMesh;
 use tremie_geometry::{Body, Face, Motion, Shape};
 use tremie_numerics::{DVec2, DVec3};
 use tremie_rheology::{FlowCurve, Thixotropy};
+use tremie_suspension::Inclusions;
 
 use crate::document::Document;
 use crate::fault::{CaseError, Fault, InvalidCase};
+use crate::inclusions::{self, Following, InclusionGroup};
 use crate::schema::SIDE_KEYS;
 use crate::{check, schema};
 
@@ -31,6 +33,12 @@ pub struct Case {
     pub outlets: Vec<Outlet>,
     /// What stands or moves in the domain, the bars last. Solids may overlap each other and reach beyond the domain.
     pub solids: Vec<Solid>,
+    /// Bodies that are in the fluid at the start, as the case file has them.
+    pub groups: Vec<InclusionGroup>,
+    /// The bodies themselves.
+    pub inclusions: Inclusions,
+    /// How they are followed.
+    pub following: Following,
     /// The meshes that solids are made from, in the order in which the case names them.
     pub meshes: Vec<MeshFile>,
     /// All files that the case names.
@@ -478,7 +486,9 @@ impl Case {
     pub fn batches(&self) -> Vec<&str> {
         let mut batches: Vec<&str> = Vec::new();
         let fluid = self.fluid.iter().map(|region| &region.batch);
-        for batch in fluid.chain(self.inlets.iter().map(|inlet| &inlet.batch)).flatten() {
+        let groups = self.groups.iter().map(|group| &group.batch);
+        let inlets = self.inlets.iter().map(|inlet| &inlet.batch);
+        for batch in fluid.chain(inlets).chain(groups).flatten() {
             if !batches.contains(&batch.as_str()) {
                 batches.push(batch);
             }
@@ -517,7 +527,7 @@ impl Case {
         let case = Document::parse(text, folder).and_then(|document| {
             let case = schema::read(&document, name, text)?;
             check::check(&case, &document)?;
-            Ok(case)
+            Ok(Self { inclusions: inclusions::placed(&case, &document)?, ..case })
         });
         case.map_err(|fault| InvalidCase::new(name, text, fault).into())
     }

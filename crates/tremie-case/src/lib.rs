@@ -7,7 +7,7 @@
 //! Inside: `document` wraps the parsed document in getters that know where everything stands; `schema` says which keys
 //! there are and what they mean (a new section, flow curve or shape is one entry there); `describe` turns the same
 //! into a JSON Schema; `check` holds what is
-//! wrong only in combination; `files` finds the files that a case names, `stl` and `bars` read them, so that what is wrong with them is told at the line too; `fault` turns a complaint about a place in the text into a message.
+//! wrong only in combination; `files` finds the files that a case names, `stl` and `bars` read them, so that what is wrong with them is told at the line too; `inclusions` are the keys of bodies in the fluid, and their places at the start; `fault` turns a complaint about a place in the text into a message.
 
 mod bars;
 mod case;
@@ -16,6 +16,7 @@ mod describe;
 mod document;
 mod fault;
 mod files;
+mod inclusions;
 mod schema;
 mod stl;
 mod suggestion;
@@ -27,6 +28,7 @@ pub use case::{
     PressureGauge, Rest, Role, Side, Solid, SpreadGauge, Stepping, Stop, Surface, Textbook,
 };
 pub use fault::{CaseError, InvalidCase};
+pub use inclusions::{Following, InclusionGroup};
 
 /// The JSON Schema (draft 2020-12) of the case file: its keys, what they mean, and what may stand there.
 pub fn json_schema() -> serde_json::Value {

@@ -10,6 +10,7 @@ use serde_json::{Value as Json, json};
 use tremie_geometry::{Body, Face, Motion, Outline, Shape, Union, Waypoint};
 use tremie_numerics::{DVec2, DVec3};
 use tremie_rheology::{FlowCurve, Regularisation, Thixotropy};
+use tremie_suspension::Inclusions;
 
 use crate::bars;
 use crate::case::{
@@ -23,15 +24,16 @@ use crate::document::{
     Variants, Vector, WordOr, maybe, need, or,
 };
 use crate::fault::Fault;
+use crate::inclusions::{self, Following, InclusionGroup};
 use crate::stl::{self, Place};
 use crate::units::Dimension;
 
-const fn quantity(dimension: Dimension, range: Bound, example: &'static str) -> Quantity {
+pub(crate) const fn quantity(dimension: Dimension, range: Bound, example: &'static str) -> Quantity {
     Quantity { dimension, range, example }
 }
 
 const COORDINATE: Quantity = quantity(Dimension::LENGTH, Bound::Any, "0.2 m");
-const LENGTH: Quantity = quantity(Dimension::LENGTH, Bound::Positive, "200 mm");
+pub(crate) const LENGTH: Quantity = quantity(Dimension::LENGTH, Bound::Positive, "200 mm");
 const LENGTH_OR_ZERO: Quantity = quantity(Dimension::LENGTH, Bound::NotNegative, "200 mm");
 const SPEED: Quantity = quantity(Dimension::SPEED, Bound::Positive, "1 mm/s");
 const TIME: Quantity = quantity(Dimension::TIME, Bound::Positive, "1 s");
@@ -74,6 +76,10 @@ const CASE: Section<Case> = {
         maybe("solid", "what stands or moves in the domain; solids may overlap", List(SOLID));
     const BARS_KEY: Maybe<List<Section<Solid>>> =
         maybe("bars", "reinforcing bars, at rest, to which the fluid sticks", List(BARS));
+    const GROUPS_KEY: Maybe<List<Section<InclusionGroup>>> =
+        maybe("inclusions", "aggregates and fibres in the fluid at the start", List(inclusions::GROUP));
+    const FOLLOWING_KEY: Or<Section<Following>> =
+        or("suspension", "{}", "how inclusions are followed", inclusions::FOLLOWING);
     const GAUGES_KEY: Need<Section<Gauges>> = need("gauges", "what is measured", GAUGES);
     const STOP_KEY: Need<Section<Stop>> = need("stop", "when the run ends", STOP);
     const OUTPUT_KEY: Or<Section<Output>> = or("output", "{}", "what is written", OUTPUT);
@@ -89,6 +95,8 @@ const CASE: Section<Case> = {
             &OUTLET_KEY,
             &SOLID_KEY,
             &BARS_KEY,
+            &GROUPS_KEY,
+            &FOLLOWING_KEY,
             &GAUGES_KEY,
             &STOP_KEY,
             &OUTPUT_KEY,
@@ -105,6 +113,9 @@ const CASE: Section<Case> = {
                 outlets: t.maybe(&OUTLET_KEY)?.unwrap_or_default(),
                 solids: [numbered(t.maybe(&SOLID_KEY)?, "solid"), numbered(t.maybe(&BARS_KEY)?, "bars")]
                     .concat(),
+                groups: t.maybe(&GROUPS_KEY)?.unwrap_or_default(),
+                inclusions: Inclusions::default(),
+                following: t.or(&FOLLOWING_KEY)?,
                 gauges: t.need(&GAUGES_KEY)?,
                 stop: t.need(&STOP_KEY)?,
                 output: t.or(&OUTPUT_KEY)?,
@@ -567,7 +578,7 @@ const FLUID: Section<FluidRegion> = {
     }
 };
 
-const BATCH: Maybe<Text> = maybe(
+pub(crate) const BATCH: Maybe<Text> = maybe(
     "batch",
     "name of the batch that this is, which is then followed through the flow; several may share one",
     Text { example: "first" },
@@ -729,7 +740,7 @@ const OUTLET: Section<Outlet> = {
     }
 };
 
-const SHAPES: Variants<Shape> = Variants {
+pub(crate) const SHAPES: Variants<Shape> = Variants {
     what: "shape",
     sections: &[
         ("box", "shape: a box with edges along the axes", BOX),
@@ -739,7 +750,7 @@ const SHAPES: Variants<Shape> = Variants {
     ],
 };
 
-const DIAMETER: Need<Quantity> = need("diameter", "diameter", LENGTH);
+pub(crate) const DIAMETER: Need<Quantity> = need("diameter", "diameter", LENGTH);
 
 const BOX: Section<Shape> = Section {
     keys: &[&MIN, &MAX],

@@ -6,6 +6,7 @@ use tremie_numerics::DVec3;
 use tremie_simulation::gauges::{Gauges, Readings};
 use tremie_simulation::rest::RestWatch;
 use tremie_simulation::{Cells, Fluid, Simulation};
+use tremie_suspension::Suspension;
 
 /// A simulation of a case and its gauges.
 pub(super) struct Flow {
@@ -18,6 +19,12 @@ impl Flow {
     /// The case at time zero.
     pub(super) fn new(case: Case) -> Self {
         let simulation = tremie_lbm::simulation(&case);
+        Self { case, simulation }
+    }
+
+    /// The case at time zero with these bodies in it.
+    pub(super) fn with(case: Case, suspension: Suspension) -> Self {
+        let simulation = tremie_lbm::simulation_with(&case, Some(suspension));
         Self { case, simulation }
     }
 

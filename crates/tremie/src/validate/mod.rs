@@ -1,7 +1,7 @@
 //! `tremie validate`: benchmarks against closed forms, published numbers and invariances.
 //!
 //! Each benchmark is a folder of `validation/`, built into the program, and a function in `scales`, `channel`, `pipe`, `thixotropy`, `slip`, `cavity`,
-//! `surface`, `collapse`, `l_box`, `lcpc_box`, `control_volume`, `slump`, `stl` or `invariance`; `benchmark` is what they share, `flow` how they drive a
+//! `surface`, `collapse`, `l_box`, `lcpc_box`, `control_volume`, `drag`, `slump`, `stl` or `invariance`; `benchmark` is what they share, `flow` how they drive a
 //! simulation, `report` what is shown.
 //! A new one is a folder, a function, and a line in `BENCHMARKS`.
 //!
@@ -12,6 +12,7 @@ mod cavity;
 mod channel;
 mod collapse;
 mod control_volume;
+mod drag;
 mod flow;
 mod invariance;
 mod l_box;
@@ -123,6 +124,10 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(slump::gravity_current, "gravity-current", "case.toml"),
     benchmark!(slump::slump_stiff, "slump-stiff", "case.toml", "reference.csv"),
     benchmark!(slump::slump_thesis, "slump-thesis", "case.toml"),
+    benchmark!(drag::cylinder_drag, "cylinder-drag", "case.toml"),
+    benchmark!(drag::sphere_drag, "sphere-drag", "case.toml"),
+    benchmark!(drag::fibre_drag, "fibre-drag", "case.toml"),
+    benchmark!(drag::momentum, "momentum", "case.toml"),
     benchmark!(slump::slump_spread, "slump-spread", "case.toml", "reference.csv"),
 ];
 

@@ -1,0 +1,240 @@
+//! Bodies held in flow, against closed forms of the drag; and the momentum that they and the fluid hand each other.
+
+use std::f64::consts::PI;
+
+use rayon::prelude::*;
+use tremie_case::Case;
+use tremie_numerics::{DQuat, DVec3};
+use tremie_simulation::Simulation;
+use tremie_suspension::{Coupling, Form, Inclusions, Kind, Method, Periods, Scheme, Suspension};
+
+use super::benchmark::{Check, Context, shown};
+use super::flow::{Flow, lattice};
+
+/// Diffusion times over which flows come to be steady.
+const STEADY: f64 = 1.2;
+
+/// The periods of a case's domain, along axes with periodic sides.
+fn periods(case: &Case) -> Periods {
+    let size = case.domain.max - case.domain.min;
+    let periodic = |a: usize| case.domain.sides[2 * a] == tremie_case::Side::Periodic;
+    Periods([0, 1, 2].map(|a| periodic(a).then(|| size[a])))
+}
+
+/// One body in the fluid of a case, with the lattice viscosity given.
+fn with(mut case: Case, viscosity: f64, form: Form, method: Method, place: DVec3, turn: DQuat, spin: DVec3) -> Flow {
+    let cell = lattice(&mut case).cell_size;
+    let kinematic = case.material.curve.plastic_viscosity() / case.material.density;
+    lattice(&mut case).time_step = Some(viscosity * cell * cell / kinematic);
+    let kinds = vec![Kind { name: "body".into(), form, density: case.material.density }];
+    let mut inclusions = Inclusions { kinds, ..Inclusions::default() };
+    inclusions.add(0, 0, place, turn);
+    inclusions.angular_velocity[0] = spin;
+    let suspension = Suspension::new(inclusions, method, case.domain.min, periods(&case));
+    Flow::with(case, suspension)
+}
+
+/// Mean velocity of the fluid in m/s.
+fn mean(flow: &Flow) -> DVec3 {
+    let cells = flow.cells();
+    cells.velocity.iter().sum::<DVec3>() / cells.velocity.len() as f64
+}
+
+fn held(coupling: Coupling) -> Method {
+    Method { coupling, scheme: Scheme::Implicit, held: true }
+}
+
+/// Drag per length on a cylinder midway between plates over `mu u_max` (Faxen 1946; Svec 2013, Eq. 3.12), k being its diameter over their distance.
+fn faxen(k: f64) -> f64 {
+    let f = -k.ln() - 0.915_689_273_2 + 0.054_648_66 * k.powi(4) - 0.264_629_67 * k.powi(6)
+        + 0.792_986 * k.powi(8);
+    let g = 1.266_539_75 * k.powi(2) - 0.918_043_3 * k.powi(4) + 1.877_101 * k.powi(6) - 4.665_49 * k.powi(8);
+    4.0 * PI / (f + g)
+}
+
+/// The drag on a cylinder between plates over Faxen's, its diameter in cells.
+fn between_plates(case: &Case, diameter: f64, viscosity: f64, coupling: Coupling) -> anyhow::Result<f64> {
+    let mut case = case.clone();
+    let cell = lattice(&mut case).cell_size;
+    let height = case.domain.max.y - case.domain.min.y;
+    let mu = case.material.curve.plastic_viscosity();
+    // One cell long, with a point at each end: the other half of each is its image.
+    let form = Form::Fibre { length: cell, diameter: diameter * cell };
+    let middle = 0.5 * (case.domain.min + case.domain.max) + DVec3::X * 0.3 * cell;
+    let mut flow = with(case, viscosity, form, held(coupling), middle, DQuat::IDENTITY, DVec3::ZERO);
+    let steps = STEADY * (height / cell).powi(2) / viscosity;
+    flow.steps(steps as u64)?;
+    let drag = flow.simulation.snapshot().inclusions.drag[0].x / cell;
+    // The largest speed by the flow rate, which is the same everywhere.
+    Ok(drag / (faxen(diameter * cell / height) * mu * 1.5 * mean(&flow).x))
+}
+
+/// `number` values from one to the other, even by logarithm.
+fn even(from: f64, to: f64, number: usize) -> Vec<f64> {
+    (0..number).map(|n| from * (to / from).powf(n as f64 / (number - 1) as f64)).collect()
+}
+
+/// A cylinder between plates, by the friction of slender bodies and by the thesis's correction.
+pub(super) fn cylinder_drag(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let case = context.case("case.toml")?;
+    let draws: Vec<(f64, f64, Coupling)> = even(0.005, 0.2, 6)
+        .into_iter()
+        .flat_map(|viscosity| even(0.05, 2.0, 10).into_iter().map(move |diameter| (diameter, viscosity)))
+        .flat_map(|(d, nu)| [Coupling::Slender, Coupling::Svec].map(|coupling| (d, nu, coupling)))
+        .collect();
+    let ratio = |&(d, nu, coupling): &(f64, f64, Coupling)| between_plates(&case, d, nu, coupling);
+    let ratios: Vec<f64> = draws.par_iter().map(ratio).collect::<anyhow::Result<_>>()?;
+    let furthest = |chosen: &dyn Fn(f64, f64, Coupling) -> bool| {
+        let all = draws.iter().zip(&ratios).filter(|((d, nu, coupling), _)| chosen(*d, *nu, *coupling));
+        let off = |ratio: f64| if ratio.is_nan() { f64::INFINITY } else { (ratio - 1.0).abs() };
+        let worst = all.max_by(|a, b| off(*a.1).total_cmp(&off(*b.1)));
+        worst.map_or((0.0, 0.0, f64::NAN), |((d, nu, _), ratio)| (*d, *nu, *ratio))
+    };
+    let mut checks = Vec::new();
+    let (d, nu, ratio) = furthest(&|_, _, coupling| coupling == Coupling::Slender);
+    let name = format!("friction of slender bodies, furthest off: {d:.2} cells, viscosity {nu:.3}");
+    checks.push(context.relative("drag", name, "", 1.0, ratio)?);
+    let judged = |d: f64, nu: f64| d <= 0.3 && nu >= 0.05;
+    let (d, nu, ratio) = furthest(&|d, nu, coupling| coupling == Coupling::Svec && judged(d, nu));
+    let name = format!("correction of the thesis, furthest off: {d:.2} cells, viscosity {nu:.3}");
+    checks.push(context.relative("thesis", name, "", 1.0, ratio)?);
+    let (d, nu, ratio) = furthest(&|d, nu, coupling| coupling == Coupling::Svec && !judged(d, nu));
+    checks.push(shown(format!("the same beyond: {d:.2} cells, viscosity {nu:.3}"), ratio));
+    Ok(checks)
+}
+
+/// A sphere in a periodic box.
+pub(super) fn sphere_drag(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let case = context.case("case.toml")?;
+    let draws: Vec<(usize, f64)> =
+        [6, 7, 8, 10].into_iter().flat_map(|d| [0.05, 0.1, 0.3].map(|viscosity| (d, viscosity))).collect();
+    let ratio = |&(diameter, viscosity): &(usize, f64)| -> anyhow::Result<f64> {
+        let mut case = case.clone();
+        let cell = lattice(&mut case).cell_size;
+        let edge = 4.0 * diameter as f64 * cell;
+        case.domain.max = case.domain.min + edge;
+        let diameter = diameter as f64 * cell;
+        let mu = case.material.curve.plastic_viscosity();
+        let place = case.domain.min + 0.5 * edge + DVec3::new(0.2, 0.4, 0.1) * cell;
+        let method = held(Coupling::Slender);
+        let form = Form::Sphere { diameter };
+        let mut flow = with(case, viscosity, form, method, place, DQuat::IDENTITY, DVec3::ZERO);
+        flow.steps((0.5 * STEADY * (edge / cell).powi(2) / viscosity) as u64)?;
+        let drag = flow.simulation.snapshot().inclusions.drag[0].x;
+        let c = PI / 6.0 * (diameter / edge).powi(3);
+        let slower = 1.0 - 1.7601 * c.cbrt() + c - 1.5593 * c * c;
+        Ok(drag / (3.0 * PI * mu * diameter * mean(&flow).x / slower))
+    };
+    let ratios: Vec<f64> = draws.par_iter().map(ratio).collect::<anyhow::Result<_>>()?;
+    draws
+        .iter()
+        .zip(ratios)
+        .map(|((diameter, viscosity), ratio)| {
+            let name = format!("drag, {diameter} cells, viscosity {viscosity}");
+            match diameter {
+                8 => Ok(shown(name, ratio)),
+                _ => context.relative("drag", name, "", 1.0, ratio),
+            }
+        })
+        .collect()
+}
+
+/// A fibre in a periodic box.
+pub(super) fn fibre_drag(context: &Context) -> anyhow::Result<Vec<Check>> {
+    const LENGTH: f64 = 6.0;
+    const ASPECT: f64 = 80.0;
+    const VISCOSITY: f64 = 0.1;
+    let mut case = context.case("case.toml")?;
+    let cell = lattice(&mut case).cell_size;
+    let edge = case.domain.max.x - case.domain.min.x;
+    let length = LENGTH * cell;
+    let mu = case.material.curve.plastic_viscosity();
+    let form = Form::Fibre { length, diameter: length / ASPECT };
+    let middle = 0.5 * (case.domain.min + case.domain.max) + DVec3::new(0.2, 0.4, 0.1) * cell;
+    let gravity = case.domain.gravity.length();
+    let axis = DVec3::new(0.48, 0.6, 0.64);
+    let turn = DQuat::from_rotation_arc(DVec3::Z, axis);
+    let steps = 0.5 * STEADY * (edge / cell).powi(2) / VISCOSITY;
+    let method = held(Coupling::Slender);
+    // The friction felt in flow along a direction, less what the images do.
+    let friction = |direction: DVec3| -> anyhow::Result<f64> {
+        let mut case = case.clone();
+        case.domain.gravity = gravity * direction;
+        let mut flow = with(case, VISCOSITY, form, method, middle, turn, DVec3::ZERO);
+        flow.steps(steps as u64)?;
+        let drag = flow.simulation.snapshot().inclusions.drag[0].dot(direction);
+        Ok(1.0 / (mean(&flow).dot(direction) / drag + 2.8373 / (6.0 * PI * mu * edge)) / mu)
+    };
+    let turning = || -> anyhow::Result<f64> {
+        let mut case = case.clone();
+        case.domain.gravity = DVec3::ZERO;
+        let spin = axis.any_orthonormal_vector();
+        // So slowly that it has hardly turned at the end.
+        let step = VISCOSITY * cell * cell * case.material.density / mu;
+        let spin = spin * 1e-3 / (steps * step);
+        let mut flow = with(case, VISCOSITY, form, method, middle, turn, spin);
+        flow.steps(steps as u64)?;
+        Ok(-flow.simulation.snapshot().inclusions.torque[0].dot(spin) / spin.length_squared() / mu)
+    };
+    let across = axis.any_orthonormal_vector();
+    let (along, (across, turning)) =
+        rayon::join(|| friction(axis), || rayon::join(|| friction(across), turning));
+    // Tirado and Garcia de la Torre (1979).
+    let log = ASPECT.ln();
+    let exact = [
+        2.0 * PI * length / (log - 0.207 + 0.980 / ASPECT - 0.133 / ASPECT.powi(2)),
+        4.0 * PI * length / (log + 0.839 + 0.185 / ASPECT + 0.233 / ASPECT.powi(2)),
+        PI * length.powi(3) / 3.0 / (log - 0.662 + 0.917 / ASPECT - 0.050 / ASPECT.powi(2)),
+    ];
+    Ok(vec![
+        context.relative("along", "friction along, over that of a cylinder", "", 1.0, along? / exact[0])?,
+        context.relative("across", "friction across", "", 1.0, across? / exact[1])?,
+        context.relative("turning", "friction of turning", "", 1.0, turning? / exact[2])?,
+    ])
+}
+
+/// Bodies thrown into a fluid at rest.
+pub(super) fn momentum(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let mut case = context.case("case.toml")?;
+    let cell = lattice(&mut case).cell_size;
+    let density = case.material.density;
+    let step = 0.05 * cell * cell * density / case.material.curve.plastic_viscosity();
+    lattice(&mut case).time_step = Some(step);
+    let kind = |name: &str, form: Form, density: f64| Kind { name: name.into(), form, density };
+    let kinds = vec![
+        kind("fibre", Form::Fibre { length: 6.0 * cell, diameter: 0.1 * cell }, 7850.0),
+        kind("ball", Form::Sphere { diameter: 4.0 * cell }, 2600.0),
+    ];
+    let mut inclusions = Inclusions { kinds, ..Inclusions::default() };
+    let periods = periods(&case);
+    for n in 0..30 {
+        let place = cell * (f64::from(n) * DVec3::new(7.1, 3.3, 5.7) + 0.5);
+        let turn = DQuat::from_scaled_axis(DVec3::new(0.3, 0.7, -0.4) * f64::from(n));
+        inclusions.add(u16::from(n % 10 == 0), 0, periods.inside(case.domain.min, place), turn);
+        inclusions.velocity[n as usize] = DVec3::new(0.05, -0.02, 0.03 * f64::from(n).sin());
+    }
+    let suspension = Suspension::new(inclusions, Method::default(), case.domain.min, periods);
+    let mut flow = Flow::with(case, suspension);
+    let all = |simulation: &dyn Simulation| {
+        let snapshot = simulation.snapshot();
+        let tremie_simulation::Fluid::Cells(cells) = &snapshot.fluid;
+        // Pressure is a third of the excess density in units of the lattice.
+        let unit = density * (cell / step).powi(2);
+        let mass = |pressure: f64| density * (1.0 + 3.0 * pressure / unit) * cell.powi(3);
+        let fluid: DVec3 = cells.velocity.iter().zip(&cells.pressure).map(|(u, p)| mass(*p) * *u).sum();
+        let bodies = &snapshot.inclusions;
+        let mass = |n: usize| bodies.kinds[usize::from(bodies.kind[n])].density * bodies.form(n).volume();
+        let own: DVec3 = (0..bodies.len()).map(|n| mass(n) * bodies.velocity[n]).sum();
+        // A snapshot shows the fluid with half of the forces that it got last once more.
+        [fluid + 0.5 * step * bodies.drag.iter().sum::<DVec3>(), own]
+    };
+    let before = all(&*flow.simulation);
+    let mut furthest = 0.0f64;
+    for _ in 0..100 {
+        flow.steps(100)?;
+        let now = all(&*flow.simulation);
+        let lost = now[0] + now[1] - before[0] - before[1];
+        furthest = furthest.max(lost.length() / before[1].length());
+    }
+    Ok(vec![context.zero("momentum", "momentum gained or lost, over that of the bodies", "", furthest)?])
+}
