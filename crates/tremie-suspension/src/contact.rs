@@ -2,8 +2,8 @@
 //!
 //! A step goes in two halves. [`Contacts::resolve`] takes the velocities that bodies would have and changes them by impulses
 //! (`impulse`), so that nobody approaches another by more than the gap between them: bodies that are moved by these velocities do
-//! not overlap but by what is of second order in the step. [`Contacts::separate`] takes that away after they have moved. Both read the walls
-//! by their distance only.
+//! not overlap but by what is of second order in the step. After they have moved, [`Contacts::separate`] takes that away, and lets bounce
+//! who has met. Both read the walls by their distance only.
 //!
 //! Contacts are worked on in the order of the bodies' ids, so that neither the number of threads nor the order in memory shows.
 //! In periodic space, periods are at least twice as long as the longest body: of two bodies only the nearest images meet.
@@ -63,6 +63,8 @@ pub struct Contacts {
     law: ContactLaw,
     neighbours: Neighbours,
     outlines: Vec<Outline>,
+    /// Who met in this step and is to bounce after it.
+    bounces: Vec<Contact>,
 }
 
 impl Contacts {
@@ -116,6 +118,7 @@ impl Contacts {
                         arms,
                         gap: met.distance,
                         surface: DVec3::ZERO,
+                        least: -met.distance.max(0.0) / time_step,
                         squeezed,
                         thickness: p.thickness.min(q.thickness),
                     });
@@ -137,17 +140,30 @@ impl Contacts {
                 arms: (touch.at, DVec3::ZERO),
                 gap: touch.distance,
                 surface: touch.velocity,
+                least: -touch.distance.max(0.0) / time_step,
                 squeezed: if round { squeeze(film, outline.radius, touch.distance) } else { 0.0 },
                 thickness: outline.thickness,
             };
             touches.into_iter().map(contact).collect()
         }));
         contacts.par_sort_by_key(|contact| ids(bodies, contact.bodies));
-        impulse::resolve(&contacts, bodies, responses, self.law, time_step);
+        let pushed = impulse::resolve(&contacts, bodies, responses, self.law.friction, time_step);
+        count(&pushed, &mut bodies.contacts);
+        self.bounces.clear();
+        if self.law.restitution > 0.0 {
+            let back = |(contact, before): (Contact, f64)| Contact {
+                least: (-self.law.restitution * before).max(0.0),
+                squeezed: 0.0,
+                ..contact
+            };
+            self.bounces.extend(pushed.into_iter().map(back));
+        }
     }
 
-    /// Moves bodies that overlap apart, each as far as it answers to the push, and says how far some still overlap, as a share
-    /// of the lesser diameter.
+    /// Lets bodies bounce that met in the step, moves those that overlap apart, each as far as it answers to the push, and says how far
+    /// some still overlap, as a share of the lesser diameter.
+    ///
+    /// The bodies are in the order that [`Contacts::resolve`] saw.
     pub fn separate(
         &mut self,
         bodies: &mut Inclusions,
@@ -155,7 +171,10 @@ impl Contacts {
         walls: &impl Walls,
         periods: &Periods,
         film: Film,
+        time_step: f64,
     ) -> f64 {
+        impulse::resolve(&self.bounces, bodies, responses, self.law.friction, time_step);
+        self.bounces.clear();
         let mut left = f64::INFINITY;
         // What was pushed may meet others that were not near before.
         for _ in 0..separation::ROUNDS {
@@ -242,6 +261,20 @@ impl Contacts {
             .map(|chunk| (chunk * CHUNK..((chunk + 1) * CHUNK).min(number)).flat_map(&of).collect())
             .collect();
         chunks.into_iter().flatten().collect()
+    }
+}
+
+/// Counts whom each body touched; a wall that touches at several points is one.
+fn count(pushed: &[(Contact, f64)], contacts: &mut [u32]) {
+    contacts.fill(0);
+    let mut before = (WALL, WALL);
+    for (contact, _) in pushed {
+        if contact.bodies != before {
+            before = contact.bodies;
+            for body in [before.0, before.1].into_iter().filter(|&body| body != WALL) {
+                contacts[body as usize] += 1;
+            }
+        }
     }
 }
 

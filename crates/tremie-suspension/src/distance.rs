@@ -157,23 +157,31 @@ fn beside_ellipsoid(p: &Outline, q: &Outline, way: DVec3) -> Gap {
         let point = Outline { half: DVec3::ZERO, ..q.clone() };
         smooth(p, &point, way + t * q.half, start)
     };
+    // The slope of the distance along the fibre at t; the false position's root (Illinois' variant) is where it changes its sign.
+    let slope = |found: &Gap| found.normal.dot(q.half);
     let start = way.try_normalize().unwrap_or(DVec3::Z);
     let (mut low, mut high) = (-1.0, 1.0);
     let mut best = ball(low, start);
-    if best.normal.dot(q.half) >= 0.0 {
+    let mut at_low = slope(&best);
+    if at_low >= 0.0 {
         return best;
     }
     best = ball(high, start);
-    if best.normal.dot(q.half) <= 0.0 {
+    let mut at_high = slope(&best);
+    if at_high <= 0.0 {
         return best;
     }
-    for _ in 0..50 {
-        let middle = 0.5 * (low + high);
+    for _ in 0..60 {
+        let middle = (low * at_high - high * at_low) / (at_high - at_low);
         best = ball(middle, best.normal);
-        if best.normal.dot(q.half) < 0.0 {
-            low = middle;
+        let here = slope(&best);
+        if here.abs() <= 1e-12 * q.half.length() || high - low < 1e-10 {
+            break;
+        }
+        if here < 0.0 {
+            (low, at_low, at_high) = (middle, here, 0.5 * at_high);
         } else {
-            high = middle;
+            (high, at_high, at_low) = (middle, here, 0.5 * at_low);
         }
     }
     best
@@ -204,8 +212,13 @@ fn smooth(p: &Outline, q: &Outline, way: DVec3, start: DVec3) -> Gap {
         } else {
             gradient / size
         };
-        // No further than half a right angle at once, and never to where the gap is smaller.
+        // No further than half a right angle at once, and never to where the gap is smaller, as far as rounding lets it be seen.
         let mut step = turn.clamp_length_max(1.0);
+        if gradient.dot(step) < 1e-14 * size {
+            normal = (normal + step).normalize();
+            (distance, on_p, on_q) = seen(normal);
+            break;
+        }
         let mut better = false;
         for _ in 0..40 {
             let next = (normal + step).normalize();

@@ -3,7 +3,8 @@
 //!
 //! Of two bodies p and q that meet with a relative velocity u = u_q - u_p and the normal n from p to q (Svec 2013, Eq. 2.22-2.25):
 //!
-//! - the normal impulse, never below zero, leaves n.u at -e times what it was, or closes the gap g exactly in a step: n.u = -g/dt;
+//! - the normal impulse, never below zero, leaves n.u at a least: -g/dt, which closes the gap g exactly in a step, or when bodies bounce -e
+//!   times what it was;
 //! - the tangential impulse stops the sliding, if that takes no more than friction times the normal impulse (Eq. 2.34);
 //! - a film pulls and pushes with -c n.u dt, by the n.u after the step, so that the stiffest film brings bodies to rest and no further.
 //!
@@ -13,7 +14,6 @@
 use rayon::prelude::*;
 use tremie_numerics::{DMat3, DVec3};
 
-use crate::contact::ContactLaw;
 use crate::{Inclusions, Response};
 
 /// Stands for a wall in the place of the second body.
@@ -38,6 +38,8 @@ pub(crate) struct Contact {
     pub(crate) gap: f64,
     /// Velocity in m/s of the wall.
     pub(crate) surface: DVec3,
+    /// Least n.u in m/s that is allowed.
+    pub(crate) least: f64,
     /// Force in N per speed of approach in m/s by a film.
     pub(crate) squeezed: f64,
     /// The lesser diameter in m.
@@ -75,8 +77,8 @@ struct Row {
     answer: DMat3,
     /// n.K n.
     along: f64,
-    /// Least n.u allowed.
-    least: f64,
+    /// n.u before.
+    before: f64,
     /// Impulses so far: normal, of the film, of friction.
     normal: f64,
     film: f64,
@@ -85,15 +87,14 @@ struct Row {
     seen: u32,
 }
 
-/// Changes the velocities of bodies at contacts, and counts who touched how many others.
+/// Changes the velocities of bodies at contacts, and says which were pushed apart, and their n.u before.
 pub(crate) fn resolve(
     contacts: &[Contact],
     bodies: &mut Inclusions,
     responses: &[Response],
-    law: ContactLaw,
+    friction: f64,
     time_step: f64,
-) {
-    bodies.contacts.fill(0);
+) -> Vec<(Contact, f64)> {
     let islands = Islands::of(contacts, bodies.len());
     let mut motions: Vec<Motion> = islands
         .bodies
@@ -115,7 +116,7 @@ pub(crate) fn resolve(
             let (a, b) = contact.bodies;
             let first = islands.ends[islands.of[a as usize] as usize].0;
             let place = |body: u32| if body == WALL { usize::MAX } else { islands.place[body as usize] as usize - first };
-            Row::new(contact, (place(a), place(b)), &motions[first..], law, time_step)
+            Row::new(contact, (place(a), place(b)), &motions[first..])
         })
         .collect();
     let (mut work, mut some_rows, mut some_motions) = (Vec::new(), &mut rows[..], &mut motions[..]);
@@ -127,23 +128,13 @@ pub(crate) fn resolve(
         (some_rows, some_motions) = (other_rows, other_motions);
         done = (bodies_end, contacts_end);
     }
-    work.into_par_iter().with_min_len(16).for_each(|(rows, motions)| settle(rows, motions, law.friction, time_step));
+    work.into_par_iter().with_min_len(16).for_each(|(rows, motions)| settle(rows, motions, friction, time_step));
     for motion in &motions {
         bodies.velocity[motion.body as usize] = motion.velocity;
         bodies.angular_velocity[motion.body as usize] = motion.angular;
     }
-    let mut before = (WALL, WALL);
-    for contact in rows.iter().filter(|row| row.normal > 0.0 || row.contact.gap <= 0.0).map(|row| row.contact) {
-        // A wall that touches at several points is one.
-        if contact.bodies != before {
-            let (a, b) = contact.bodies;
-            bodies.contacts[a as usize] += 1;
-            if b != WALL {
-                bodies.contacts[b as usize] += 1;
-            }
-        }
-        before = contact.bodies;
-    }
+    let pushed = rows.iter().filter(|row| row.normal > 0.0 || row.contact.gap <= 0.0);
+    pushed.map(|row| (row.contact, row.before)).collect()
 }
 
 impl Row {
@@ -151,8 +142,6 @@ impl Row {
         contact: Contact,
         places: (usize, usize),
         motions: &[Motion],
-        law: ContactLaw,
-        time_step: f64,
     ) -> Self {
         let mut answer = motions[places.0].response.at(contact.arms.0);
         if let Some(second) = motions.get(places.1) {
@@ -164,16 +153,13 @@ impl Row {
             motions: places,
             answer,
             along: normal.dot(answer * normal),
-            least: -contact.gap.max(0.0) / time_step,
+            before: 0.0,
             normal: 0.0,
             film: 0.0,
             friction: DVec3::ZERO,
             seen: 0,
         };
-        let before = normal.dot(row.velocity(motions));
-        if before < row.least {
-            row.least = row.least.max(-law.restitution * before);
-        }
+        row.before = normal.dot(row.velocity(motions));
         row
     }
 
@@ -199,7 +185,7 @@ impl Row {
             self.film += more;
             push(more * normal, &mut velocity, &mut total);
         }
-        let wanted = (self.normal + (self.least - normal.dot(velocity)) / self.along).max(0.0);
+        let wanted = (self.normal + (self.contact.least - normal.dot(velocity)) / self.along).max(0.0);
         push((wanted - self.normal) * normal, &mut velocity, &mut total);
         self.normal = wanted;
         if friction > 0.0 && (self.normal > 0.0 || self.friction != DVec3::ZERO) {

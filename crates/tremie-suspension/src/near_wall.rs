@@ -36,12 +36,15 @@ pub(crate) fn near_walls(body: &Outline, walls: &impl Walls, margin: f64, touche
         return;
     }
     let mut off = DVec3::ZERO;
-    for _ in 0..3 {
+    for _ in 0..4 {
         let known = touches.len();
         let mut keep = |offset: DVec3, radius: f64, wall: Wall| {
             let distance = wall.distance - off.dot(wall.normal) - radius;
-            if distance <= margin && touches[..known].iter().all(|t| t.normal.dot(wall.normal) < SAME) {
-                let at = offset - (radius + 0.5 * distance) * wall.normal;
+            let at = offset - (radius + 0.5 * distance) * wall.normal;
+            let same = |touch: &Touch| {
+                touch.normal.dot(wall.normal) > SAME && (touch.at - at).length() < body.thickness
+            };
+            if distance <= margin && !touches[..known].iter().any(same) {
                 touches.push(Touch { distance, normal: wall.normal, at, velocity: wall.velocity });
             }
         };
@@ -55,9 +58,16 @@ pub(crate) fn near_walls(body: &Outline, walls: &impl Walls, margin: f64, touche
                 keep(way, body.radius, wall);
             });
         }
-        let Some(new) = touches.get(known) else { return };
-        // Far enough that a wall at 60 degrees or more to this one is nearer now, if it is within the margin at all.
-        off += 2.0 * (margin - new.distance) * new.normal;
+        if touches.len() == known {
+            return;
+        }
+        for new in known..touches.len() {
+            let Touch { normal, distance, .. } = touches[new];
+            // Far enough that a wall at 60 degrees or more to this one is nearer now, if it is within the margin at all.
+            if !touches[..new].iter().any(|touch| touch.normal.dot(normal) > SAME) {
+                off += 2.0 * (margin - distance) * normal;
+            }
+        }
     }
 }
 

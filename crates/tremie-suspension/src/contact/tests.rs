@@ -3,7 +3,7 @@ use std::f64::consts::PI;
 use approx::assert_relative_eq;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use tremie_numerics::{DMat3, DQuat};
+use tremie_numerics::DQuat;
 
 use super::*;
 use crate::{Form, Kind, Wall};
@@ -93,6 +93,13 @@ fn law(restitution: f64, friction: f64) -> Contacts {
     Contacts::new(ContactLaw { restitution, friction })
 }
 
+/// A step in vacuum of bodies that touch, without the way that they go in it.
+fn meet(bodies: &mut Inclusions, mut contacts: Contacts, walls: &impl Walls) {
+    let (responses, periods) = (masses(bodies), Periods::default());
+    contacts.resolve(bodies, &responses, walls, &periods, Film::default(), 1e-3);
+    contacts.separate(bodies, &responses, walls, &periods, Film::default(), 1e-3);
+}
+
 /// Momentum, angular momentum about the origin, and energy.
 fn sums(bodies: &Inclusions) -> (DVec3, DVec3, f64) {
     let (mut momentum, mut turning, mut energy) = (DVec3::ZERO, DVec3::ZERO, 0.0);
@@ -125,8 +132,7 @@ fn spheres_meet_head_on() {
         pair.add(SPHERE, 0, DVec3::ZERO, DQuat::IDENTITY);
         pair.add(3, 0, DVec3::new(0.02, 0.0, 0.0), DQuat::IDENTITY);
         pair.velocity = vec![DVec3::X, -0.5 * DVec3::X];
-        let responses = masses(&pair);
-        law(restitution, 0.6).resolve(&mut pair, &responses, &(), &Periods::default(), Film::default(), 1e-3);
+        meet(&mut pair, law(restitution, 0.6), &());
         // Masses 2 and 1: the centre of mass moves with 0.5 m/s.
         assert_relative_eq!(pair.velocity[0].x, 0.5 - restitution * 0.5, epsilon = 1e-12);
         assert_relative_eq!(pair.velocity[1].x, 0.5 + restitution, epsilon = 1e-12);
@@ -142,8 +148,7 @@ fn friction_stops_a_sphere_at_a_wall_or_does_all_it_can() {
         let mut one = bodies();
         one.add(SPHERE, 0, DVec3::new(0.0, 0.0, 0.01), DQuat::IDENTITY);
         one.velocity[0] = DVec3::new(across, 0.0, -down);
-        let responses = masses(&one);
-        law(e, mu).resolve(&mut one, &responses, &floor(), &Periods::default(), Film::default(), 1e-3);
+        meet(&mut one, law(e, mu), &floor());
         let (normal, stopping) = ((1.0 + e) * down, across * 2.0 / 7.0);
         let braked = stopping.min(mu * normal);
         assert_relative_eq!(one.velocity[0].z, e * down, epsilon = 1e-12);
@@ -161,8 +166,7 @@ fn a_fibre_falls_on_its_end() {
     let centre = DVec3::Z * (0.03 * tilt.sin() + 0.000375);
     one.add(FIBRE, 0, centre, DQuat::from_rotation_arc(DVec3::Z, axis));
     one.velocity[0] = DVec3::new(0.3, 0.0, -1.0);
-    let responses = masses(&one);
-    law(0.5, 0.0).resolve(&mut one, &responses, &floor(), &Periods::default(), Film::default(), 1e-4);
+    meet(&mut one, law(0.5, 0.0), &floor());
     let gyration = one.form(0).gyration().x;
     let lever = 0.03 * tilt.cos();
     let impulse = 1.5 / (1.0 + lever * lever / gyration);
@@ -184,7 +188,7 @@ fn crowds_keep_momentum_and_gain_no_energy() {
         assert!((after.0 - before.0).length() < 1e-13 * all, "momentum: {}", after.0 - before.0);
         assert!((after.1 - before.1).length() < 1e-14 * all, "angular momentum: {}", after.1 - before.1);
         assert!(after.2 <= before.2, "energy: {} {}", before.2, after.2);
-        assert!(after.2 < 0.9 * before.2, "something must have met");
+        assert!(crowd.contacts.iter().sum::<u32>() > 20, "something must have met");
     }
 }
 
@@ -264,7 +268,7 @@ fn a_stack_of_spheres_stands() {
         stack.velocity.iter_mut().for_each(|v| v.z -= 9.81 * time_step);
         contacts.resolve(&mut stack, &responses, &floor(), &Periods::default(), Film::default(), time_step);
         advance(&mut stack, time_step);
-        contacts.separate(&mut stack, &responses, &floor(), &Periods::default(), Film::default());
+        contacts.separate(&mut stack, &responses, &floor(), &Periods::default(), Film::default(), time_step);
         assert!(worst(&stack, &floor(), &Periods::default()) < 0.003);
     }
     assert_relative_eq!(stack.position[5].z, 0.11, max_relative = 0.01);
@@ -297,7 +301,7 @@ fn a_fibre_is_blocked_by_a_bar() {
             one.angular_velocity[0] = DVec3::ZERO;
             contacts.resolve(&mut one, &responses, &walls, &Periods::default(), Film::default(), time_step);
             advance(&mut one, time_step);
-            contacts.separate(&mut one, &responses, &walls, &Periods::default(), Film::default());
+            contacts.separate(&mut one, &responses, &walls, &Periods::default(), Film::default(), time_step);
             assert!(worst(&one, &walls, &Periods::default()) < 0.01);
         }
         if angle == 0.0 {
@@ -322,7 +326,7 @@ fn corners_hold_from_all_sides() {
             one.angular_velocity[0] = DVec3::ZERO;
             contacts.resolve(&mut one, &responses, &walls, &Periods::default(), Film::default(), 1e-3);
             advance(&mut one, 1e-3);
-            contacts.separate(&mut one, &responses, &walls, &Periods::default(), Film::default());
+            contacts.separate(&mut one, &responses, &walls, &Periods::default(), Film::default(), 1e-3);
             assert!(worst(&one, &walls, &Periods::default()) < 0.01, "{kind}");
         }
         assert!(one.velocity[0].length() < 1e-3, "{kind}: {}", one.velocity[0]);
@@ -376,7 +380,7 @@ fn run(mut crowd: Inclusions, steps: usize) -> Inclusions {
         let responses = masses(&crowd);
         contacts.resolve(&mut crowd, &responses, &floor(), &Periods::default(), film, 1e-4);
         advance(&mut crowd, 1e-4);
-        contacts.separate(&mut crowd, &responses, &floor(), &Periods::default(), film);
+        contacts.separate(&mut crowd, &responses, &floor(), &Periods::default(), film, 1e-4);
     }
     crowd
 }
@@ -406,7 +410,13 @@ fn the_same_bits_on_any_number_of_threads_and_in_any_order_of_memory() {
 
 #[test]
 fn nothing_depends_on_how_space_is_turned() {
-    let crowd = crowd(13, 200, 0.06, &[SPHERE, FIBRE, ELLIPSOID, FIBRE]);
+    let mut crowd = crowd(13, 200, 0.06, &[SPHERE, FIBRE, ELLIPSOID, FIBRE]);
+    // Apart first: in the depth of an ellipsoid there are two ways out that are equally short.
+    let responses = masses(&crowd);
+    for _ in 0..20 {
+        Contacts::default().push(&mut crowd, &responses, &(), &Periods::default(), Film::default());
+    }
+    assert!(worst(&crowd, &(), &Periods::default()) < 0.01);
     let turn = DQuat::from_scaled_axis(DVec3::new(0.3, -1.1, 0.7));
     let mut turned = crowd.clone();
     for n in 0..crowd.len() {
@@ -450,7 +460,7 @@ fn dense_spheres_stay_out_of_each_other() {
         }
         contacts.resolve(&mut dense, &responses, &walls, &periods, Film::default(), 1e-3);
         advance(&mut dense, 1e-3);
-        let said = contacts.separate(&mut dense, &responses, &walls, &periods, Film::default());
+        let said = contacts.separate(&mut dense, &responses, &walls, &periods, Film::default(), 1e-3);
         let left = worst(&dense, &walls, &periods);
         assert!(left < 0.01, "{step}: {left}");
         assert_relative_eq!(said, left, epsilon = 1e-12);
@@ -487,7 +497,7 @@ fn cost_of_a_step() {
                 touched += crowd.contacts.iter().sum::<u32>();
                 advance(&mut crowd, time_step);
                 let start = std::time::Instant::now();
-                contacts.separate(&mut crowd, &responses, &(), &periods, Film::default());
+                contacts.separate(&mut crowd, &responses, &(), &periods, Film::default(), time_step);
                 two += start.elapsed().as_secs_f64();
             }
             let each = 1e6 / f64::from(steps) / crowd.len() as f64;
