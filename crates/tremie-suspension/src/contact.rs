@@ -103,15 +103,18 @@ impl Contacts {
                 let (p, q) = (&outlines[a], &outlines[b]);
                 let way = periods.shortest(q.centre - p.centre);
                 let met = gap(p, q, way);
+                let squeezed = (p.is_sphere() && q.is_sphere())
+                    .then(|| p.radius * q.radius / (p.radius + q.radius))
+                    .map_or(0.0, |radius| squeeze(film, radius, met.distance));
+                let watched = WATCH * p.thickness.min(q.thickness);
+                if met.distance >= watched + time_step * (speeds[a] + speeds[b]) && squeezed == 0.0 {
+                    continue;
+                }
                 let arms = (met.at, met.at - way);
                 let passing = bodies.velocity[b] + bodies.angular_velocity[b].cross(arms.1)
                     - bodies.velocity[a]
                     - bodies.angular_velocity[a].cross(arms.0);
-                let squeezed = (p.is_sphere() && q.is_sphere())
-                    .then(|| p.radius * q.radius / (p.radius + q.radius))
-                    .map_or(0.0, |radius| squeeze(film, radius, met.distance));
-                let watched = time_step * passing.length() + WATCH * p.thickness.min(q.thickness);
-                if met.distance < watched || squeezed > 0.0 {
+                if met.distance < watched + time_step * passing.length() || squeezed > 0.0 {
                     found.push(Contact {
                         bodies: pair,
                         normal: met.normal,

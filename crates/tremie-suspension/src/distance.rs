@@ -8,7 +8,7 @@
 //! found by Newton's method on the sphere of directions. It is right for bodies that overlap, too: then it is minus the least way to
 //! part them. Distance from an ellipsoid is convex along a fibre, so the nearest point there is the root of a monotone function.
 
-use tremie_numerics::{DMat3, DVec3};
+use tremie_numerics::{DMat3, DQuat, DVec3};
 
 use crate::{Form, Inclusions};
 
@@ -30,17 +30,22 @@ pub(crate) struct Outline {
 impl Outline {
     /// Of a body.
     pub(crate) fn of(bodies: &Inclusions, n: usize) -> Self {
-        let (centre, ball) = (bodies.position[n], DVec3::ZERO);
-        match *bodies.form(n) {
+        Self::new(bodies.form(n), bodies.position[n], bodies.orientation[n])
+    }
+
+    /// Of a form at a place.
+    pub(crate) fn new(form: &Form, centre: DVec3, orientation: DQuat) -> Self {
+        let ball = DVec3::ZERO;
+        match *form {
             Form::Sphere { diameter } => {
                 Self { centre, half: ball, radius: 0.5 * diameter, thickness: diameter, ellipsoid: None }
             }
             Form::Fibre { length, diameter } => {
-                let half = 0.5 * length * bodies.axis(n);
+                let half = 0.5 * length * (orientation * DVec3::Z);
                 Self { centre, half, radius: 0.5 * diameter, thickness: diameter, ellipsoid: None }
             }
             Form::Ellipsoid { half_axes } => {
-                let turn = DMat3::from_quat(bodies.orientation[n]);
+                let turn = DMat3::from_quat(orientation);
                 let square = turn * DMat3::from_diagonal(half_axes * half_axes) * turn.transpose();
                 let thickness = 2.0 * half_axes.min_element();
                 Self { centre, half: ball, radius: 0.0, thickness, ellipsoid: Some(Box::new(square)) }
@@ -240,8 +245,6 @@ fn smooth(p: &Outline, q: &Outline, way: DVec3, start: DVec3) -> Gap {
 mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
-    use tremie_numerics::DQuat;
-
     use super::*;
 
     fn vector(random: &mut Pcg64Mcg) -> DVec3 {

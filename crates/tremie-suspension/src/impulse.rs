@@ -23,7 +23,7 @@ pub(crate) const WALL: u32 = u32::MAX;
 const TURNS: u32 = 200;
 
 /// Changes of velocity that move a contact by less than this share of its thickness in a step count as none.
-const STILL: f64 = 1e-6;
+const STILL: f64 = 1e-4;
 
 /// A place where two bodies, or a body and a wall, touch or may touch before the step ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
