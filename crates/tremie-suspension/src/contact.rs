@@ -90,7 +90,9 @@ impl Contacts {
         let speeds: Vec<f64> = (0..bodies.len())
             .into_par_iter()
             .with_min_len(CHUNK)
-            .map(|n| bodies.velocity[n].length() + bodies.angular_velocity[n].length() * self.outlines[n].reach())
+            .map(|n| {
+                bodies.velocity[n].length() + bodies.angular_velocity[n].length() * self.outlines[n].reach()
+            })
             .collect();
         let fastest = speeds.iter().copied().fold(0.0, f64::max);
         self.find(bodies, periods, film, 2.0 * time_step * fastest);

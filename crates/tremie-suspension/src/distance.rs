@@ -243,9 +243,9 @@ fn smooth(p: &Outline, q: &Outline, way: DVec3, start: DVec3) -> Gap {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
-    use super::*;
 
     fn vector(random: &mut Pcg64Mcg) -> DVec3 {
         DVec3::from_array(std::array::from_fn(|_| random.random_range(-1.0..1.0)))

@@ -115,7 +115,9 @@ pub(crate) fn resolve(
             let contact = contacts[n as usize];
             let (a, b) = contact.bodies;
             let first = islands.ends[islands.of[a as usize] as usize].0;
-            let place = |body: u32| if body == WALL { usize::MAX } else { islands.place[body as usize] as usize - first };
+            let place = |body: u32| {
+                if body == WALL { usize::MAX } else { islands.place[body as usize] as usize - first }
+            };
             Row::new(contact, (place(a), place(b)), &motions[first..])
         })
         .collect();
@@ -128,7 +130,9 @@ pub(crate) fn resolve(
         (some_rows, some_motions) = (other_rows, other_motions);
         done = (bodies_end, contacts_end);
     }
-    work.into_par_iter().with_min_len(16).for_each(|(rows, motions)| settle(rows, motions, friction, time_step));
+    work.into_par_iter()
+        .with_min_len(16)
+        .for_each(|(rows, motions)| settle(rows, motions, friction, time_step));
     for motion in &motions {
         bodies.velocity[motion.body as usize] = motion.velocity;
         bodies.angular_velocity[motion.body as usize] = motion.angular;
@@ -138,11 +142,7 @@ pub(crate) fn resolve(
 }
 
 impl Row {
-    fn new(
-        contact: Contact,
-        places: (usize, usize),
-        motions: &[Motion],
-    ) -> Self {
+    fn new(contact: Contact, places: (usize, usize), motions: &[Motion]) -> Self {
         let mut answer = motions[places.0].response.at(contact.arms.0);
         if let Some(second) = motions.get(places.1) {
             answer += second.response.at(contact.arms.1);
@@ -191,7 +191,8 @@ impl Row {
         if friction > 0.0 && (self.normal > 0.0 || self.friction != DVec3::ZERO) {
             let sliding = velocity - normal.dot(velocity) * normal;
             let answer = sliding.dot(self.answer * sliding);
-            let stopping = if answer > 0.0 { sliding * (sliding.length_squared() / answer) } else { DVec3::ZERO };
+            let stopping =
+                if answer > 0.0 { sliding * (sliding.length_squared() / answer) } else { DVec3::ZERO };
             let wanted = (self.friction - stopping).clamp_length_max(friction * self.normal);
             push(wanted - self.friction, &mut velocity, &mut total);
             self.friction = wanted;
@@ -287,7 +288,8 @@ impl Islands {
                 }
             }
         }
-        let (mut ends, mut next): (Vec<(usize, usize, usize)>, Vec<(usize, usize)>) = (Vec::new(), Vec::new());
+        let mut ends = Vec::with_capacity(sizes.len());
+        let mut next: Vec<(usize, usize)> = Vec::with_capacity(sizes.len());
         let mut end = (0, 0);
         for (bodies, contacts) in sizes {
             next.push(end);

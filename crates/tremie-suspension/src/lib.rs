@@ -22,6 +22,6 @@ pub use carrier::{Carrier, Seen};
 pub use contact::{ContactLaw, Contacts, Film};
 pub use form::Form;
 pub use inclusions::{Inclusions, Kind};
-pub use placement::{Amount, AtWalls, Direction, PlacementError, Region, place, Order};
+pub use placement::{Amount, AtWalls, Direction, Order, PlacementError, Region, place};
 pub use response::Response;
 pub use walls::{Periods, Wall, Walls};

@@ -132,7 +132,12 @@ fn along(
 
 /// The point of an ellipsoid's surface nearest to a wall, from its centre: down the gradient of the distance to the furthest point
 /// (Frank and Wolfe 1956), as far as the distance falls.
-fn nearest_of_ellipsoid(body: &Outline, off: DVec3, walls: &impl Walls, within: f64) -> Option<(DVec3, Wall)> {
+fn nearest_of_ellipsoid(
+    body: &Outline,
+    off: DVec3,
+    walls: &impl Walls,
+    within: f64,
+) -> Option<(DVec3, Wall)> {
     let ask = |at: DVec3| walls.nearest(body.centre + off + at, within + off.length());
     let mut at = DVec3::ZERO;
     let mut wall = ask(at)?;

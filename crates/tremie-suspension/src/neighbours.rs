@@ -211,9 +211,8 @@ impl Grid {
             }
         }
         // Bodies that are far between get larger cells: memory follows the bodies, not the space between.
-        let number = |size: f64| {
-            extent.to_array().map(|e| (e / size).floor() + 1.0).into_iter().product::<f64>()
-        };
+        let number =
+            |size: f64| extent.to_array().map(|e| (e / size).floor() + 1.0).into_iter().product::<f64>();
         while number(size) > 4.0 * loose.len() as f64 + 64.0 {
             size *= 1.25;
         }
@@ -227,13 +226,21 @@ impl Grid {
             }
         }
         let total: usize = cells.iter().product();
-        let mut grid =
-            Self { reach, origin: low, periods: *periods, size: sizes, cells, starts: vec![0; total + 1], pieces: vec![] };
+        let mut grid = Self {
+            reach,
+            origin: low,
+            periods: *periods,
+            size: sizes,
+            cells,
+            starts: vec![0; total + 1],
+            pieces: vec![],
+        };
         let places: Vec<u32> = loose
             .par_iter()
             .with_min_len(CHUNK)
             .map(|piece| {
-                let place = |axis: usize| grid.place(axis, piece.at[axis]).clamp(0, grid.cells[axis] as i64 - 1);
+                let place =
+                    |axis: usize| grid.place(axis, piece.at[axis]).clamp(0, grid.cells[axis] as i64 - 1);
                 let (x, y, z) = (place(0) as usize, place(1) as usize, place(2) as usize);
                 (x + grid.cells[0] * (y + grid.cells[1] * z)) as u32
             })

@@ -254,7 +254,7 @@ fn fits(outline: &Outline, region: &Region) -> bool {
         if clear.is_nan() || clear < 0.0 {
             return false;
         }
-        s += clear.max(0.1 * outline.radius);
+        s += clear.max(0.25 * outline.radius);
     }
     true
 }
@@ -273,7 +273,8 @@ struct Crowd {
 impl Crowd {
     fn new(bodies: &Inclusions, kind: &Kind, number: u16, region: &Region, periods: &Periods) -> Self {
         let cut = |form: &Form| Cut::of(&Outline::new(form, DVec3::ZERO, DQuat::IDENTITY), 0.0, 0.0).reach;
-        let present = |k: usize| k == usize::from(number) || bodies.kind.iter().any(|&kind| usize::from(kind) == k);
+        let present =
+            |k: usize| k == usize::from(number) || bodies.kind.iter().any(|&kind| usize::from(kind) == k);
         let reaches = (0..bodies.kinds.len()).filter(|&k| present(k)).map(|k| cut(&bodies.kinds[k].form));
         let (least, most) = reaches.fold((cut(&kind.form), 0.0_f64), |(l, m), r| (l.min(r), m.max(r)));
         let mut size = DVec3::splat((2.0 * least).max(0.5 * most));
@@ -316,14 +317,14 @@ impl Crowd {
     }
 
     fn is_free(&self, outline: &Outline) -> bool {
-        self.reached(outline).all(|cell| {
-            self.cells.get(&cell).is_none_or(|others| {
-                others.iter().all(|&n| {
-                    let other = &self.outlines[n as usize];
-                    let way = self.periods.shortest(other.centre - outline.centre);
-                    gap(outline, other, way).distance > 0.0
-                })
-            })
+        let near = self.reached(outline).filter_map(|cell| self.cells.get(&cell));
+        let mut near: Vec<u32> = near.flatten().copied().collect();
+        near.sort_unstable();
+        near.dedup();
+        near.into_iter().all(|n| {
+            let other = &self.outlines[n as usize];
+            let way = self.periods.shortest(other.centre - outline.centre);
+            gap(outline, other, way).distance > 0.0
         })
     }
 
@@ -347,7 +348,8 @@ impl Walls for Outside<'_> {
         let distance = -(self.0.distance)(at);
         (distance <= within).then(|| {
             let step = 1e-6 * (self.0.high - self.0.low).length();
-            let slope = |axis: DVec3| (self.0.distance)(at - step * axis) - (self.0.distance)(at + step * axis);
+            let slope =
+                |axis: DVec3| (self.0.distance)(at - step * axis) - (self.0.distance)(at + step * axis);
             let way = DVec3::new(slope(DVec3::X), slope(DVec3::Y), slope(DVec3::Z));
             Wall { distance, normal: way.try_normalize().unwrap_or(DVec3::Z), velocity: DVec3::ZERO }
         })
@@ -482,7 +484,8 @@ mod tests {
         let chi: f64 = counts.iter().map(|count: &f64| (count - mean).powi(2) / mean).sum();
         // 63 degrees of freedom: three standard deviations of sqrt(126).
         assert!((chi - 63.0).abs() < 3.0 * 126.0_f64.sqrt(), "{chi}");
-        let mean = |of: &dyn Fn(DVec3) -> f64| (0..number).map(|n| of(bodies.axis(n))).sum::<f64>() / number as f64;
+        let mean =
+            |of: &dyn Fn(DVec3) -> f64| (0..number).map(|n| of(bodies.axis(n))).sum::<f64>() / number as f64;
         // Variances of p_i^2 and p_i p_j: 4/45 and 1/15.
         let error = 3.0 / (number as f64).sqrt();
         for i in 0..3 {
@@ -499,7 +502,7 @@ mod tests {
         let periods = Periods([Some(SIZE), Some(SIZE), None]);
         let factor = |at_walls| {
             let mut bodies = kinds();
-            bodies.kinds[1].form = Form::Fibre { length: 0.06, diameter: 1e-6 };
+            bodies.kinds[1].form = Form::Fibre { length: 0.06, diameter: 2e-5 };
             let order = Order { at_walls, ..order(1, Amount::Number(20_000)) };
             place(&mut bodies, &order, &region, &periods).unwrap();
             (0..bodies.len()).map(|n| bodies.axis(n).x.abs()).sum::<f64>() / bodies.len() as f64
@@ -523,14 +526,16 @@ mod tests {
     #[test]
     fn what_does_not_fit_is_told() {
         let mut bodies = kinds();
-        let error = place(&mut bodies, &order(0, Amount::Share(0.7)), &region(), &Periods::default()).unwrap_err();
+        let error =
+            place(&mut bodies, &order(0, Amount::Share(0.7)), &region(), &Periods::default()).unwrap_err();
         let PlacementError::Full { placed, wanted, reached, .. } = error else { panic!("{error}") };
         assert!(wanted > placed && placed > 0 && reached > 0.25 && reached < 0.4, "{error}");
         assert!(error.to_string().contains("inclusions \"gravel\" found a place without overlap"), "{error}");
         assert!(bodies.is_empty());
         let narrow = |p: DVec3| (p.z - 0.01).abs() - 0.005;
         let region = Region { distance: &narrow, ..region() };
-        let error = place(&mut bodies, &order(0, Amount::Number(7)), &region, &Periods::default()).unwrap_err();
+        let error =
+            place(&mut bodies, &order(0, Amount::Number(7)), &region, &Periods::default()).unwrap_err();
         assert!(error.to_string().starts_with("only 0 of 7 inclusions \"gravel\""), "{error}");
         assert_eq!(
             place(&mut bodies, &order(9, Amount::Number(1)), &region, &Periods::default()),

@@ -73,7 +73,8 @@ mod tests {
     #[test]
     fn the_answer_at_a_point_is_that_of_the_body() {
         let some = |seed: f64| {
-            let column = |k: f64| DVec3::new((seed + k).sin(), (2.0 * seed + k).cos(), (3.0 * seed - k).sin());
+            let column =
+                |k: f64| DVec3::new((seed + k).sin(), (2.0 * seed + k).cos(), (3.0 * seed - k).sin());
             DMat3::from_cols(column(0.3), column(1.1), column(2.7))
         };
         let symmetric = |m: DMat3| m * m.transpose();

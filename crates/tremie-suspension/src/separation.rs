@@ -31,13 +31,14 @@ pub(crate) fn push_apart(
     // When bodies were last moved, and pairs last seen.
     let (mut moved, mut seen, mut clock) = (vec![1_u32; outlines.len()], vec![0_u32; pairs.len()], 1);
     let mut touches = Vec::new();
-    let mut push = |n: usize, arm: DVec3, impulse: DVec3, outlines: &mut [Outline], moved: &mut [u32], clock: u32| {
-        let (way, turn) = responses[n].to(arm, impulse);
-        bodies.position[n] += way;
-        bodies.orientation[n] = (DQuat::from_scaled_axis(turn) * bodies.orientation[n]).normalize();
-        outlines[n] = Outline::of(bodies, n);
-        moved[n] = clock;
-    };
+    let mut push =
+        |n: usize, arm: DVec3, impulse: DVec3, outlines: &mut [Outline], moved: &mut [u32], clock: u32| {
+            let (way, turn) = responses[n].to(arm, impulse);
+            bodies.position[n] += way;
+            bodies.orientation[n] = (DQuat::from_scaled_axis(turn) * bodies.orientation[n]).normalize();
+            outlines[n] = Outline::of(bodies, n);
+            moved[n] = clock;
+        };
     for _ in 0..TURNS {
         let mut busy = false;
         for (pair, last) in pairs.iter().zip(&mut seen) {
@@ -50,7 +51,9 @@ pub(crate) fn push_apart(
             if pair.1 == WALL {
                 near_walls(&outlines[a], walls, 0.0, &mut touches);
                 let allowed = -ALLOWED * outlines[a].thickness;
-                let Some(touch) = touches.iter().min_by(|s, t| s.distance.total_cmp(&t.distance)) else { continue };
+                let Some(touch) = touches.iter().min_by(|s, t| s.distance.total_cmp(&t.distance)) else {
+                    continue;
+                };
                 let answer = touch.normal.dot(responses[a].at(touch.at) * touch.normal);
                 if touch.distance < allowed && answer > 0.0 {
                     clock += 1;
@@ -62,7 +65,8 @@ pub(crate) fn push_apart(
                 let met = gap(&outlines[a], &outlines[b], way);
                 let (at_a, at_b) = (met.at, met.at - way);
                 let answer = met.normal.dot((responses[a].at(at_a) + responses[b].at(at_b)) * met.normal);
-                if met.distance < -ALLOWED * outlines[a].thickness.min(outlines[b].thickness) && answer > 0.0 {
+                if met.distance < -ALLOWED * outlines[a].thickness.min(outlines[b].thickness) && answer > 0.0
+                {
                     clock += 1;
                     busy = true;
                     let impulse = -met.distance / answer * met.normal;

@@ -288,7 +288,9 @@ fn in_fluid(bodies: &Inclusions) -> Vec<Response> {
 /// The fluid carries a fibre across a bar, on a floor that is nearer than the bar, and with the end over another one.
 #[test]
 fn a_fibre_is_blocked_by_a_bar() {
-    for (lift, angle, shift) in [(0.05, 0.0, 0.0), (0.000375, 0.0, 0.0), (0.000375, 0.1, 0.0), (0.05, 0.2, 0.004)] {
+    for (lift, angle, shift) in
+        [(0.05, 0.0, 0.0), (0.000375, 0.0, 0.0), (0.000375, 0.1, 0.0), (0.05, 0.2, 0.004)]
+    {
         let walls = Room { bars: vec![(DVec3::X * 0.02, DVec3::Z, 0.006)], ..floor() };
         let (mut one, time_step) = (bodies(), 5e-4);
         let axis = DVec3::new(f64::sin(angle), f64::cos(angle), 0.0);
@@ -467,7 +469,6 @@ fn dense_spheres_stay_out_of_each_other() {
         assert_relative_eq!(said, left, epsilon = 1e-12);
     }
 }
-
 
 /// What a step costs: `cargo test -p tremie-suspension --release cost -- --ignored --nocapture`.
 #[test]
