@@ -99,7 +99,7 @@ impl Contacts {
         let mut contacts = self.together(|n| {
             let outlines = &self.outlines;
             let mut found = Vec::new();
-            for &other in self.neighbours.of(n) {
+            for other in self.neighbours.of(n) {
                 let pair = ordered(bodies, n as u32, other);
                 let (a, b) = (pair.0 as usize, pair.1 as usize);
                 let (p, q) = (&outlines[a], &outlines[b]);
@@ -205,14 +205,14 @@ impl Contacts {
         self.find(bodies, periods, film, 0.0);
         let outlines = &self.outlines;
         let mut close = self.together(|n| {
-            let near = |&other: &u32| {
+            let near = |other: u32| {
                 let (a, b) = ordered(bodies, n as u32, other);
                 let (p, q) = (&outlines[a as usize], &outlines[b as usize]);
                 let met = gap(p, q, periods.shortest(q.centre - p.centre));
                 let share = met.distance / p.thickness.min(q.thickness);
                 (share < WATCH).then_some((share, (a, b)))
             };
-            self.neighbours.of(n).iter().filter_map(near).collect()
+            self.neighbours.of(n).filter_map(near).collect()
         });
         close.extend(self.together(|n| {
             let mut touches = Vec::new();
@@ -243,11 +243,11 @@ impl Contacts {
         let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
         for outline in &self.outlines {
             // Sparse neighbours cost little, and a list that lasts saves much: for thin bodies sooner than for thick ones.
-            least = least.min(outline.thickness * if outline.half == DVec3::ZERO { 0.3 } else { 4.0 });
+            least = least.min(outline.thickness * if outline.half == DVec3::ZERO { 0.4 } else { 6.0 });
             most = most.max(outline.thickness);
         }
         // A list for about sixteen such steps, if the skin is not too thick then.
-        let spare = (8.0 * range).clamp(0.1 * least, least);
+        let spare = (16.0 * range).clamp(0.1 * least, least);
         self.neighbours.update(
             &bodies.id,
             &self.outlines,

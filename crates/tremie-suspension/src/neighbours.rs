@@ -25,14 +25,17 @@ pub(crate) struct Neighbours {
     ids: Vec<u64>,
     /// Where the partners of each body start.
     starts: Vec<u32>,
-    /// Partners, each pair once: with the body that has the smaller pieces, or comes first.
-    partners: Vec<u32>,
+    /// Partners, each pair once, with the body that has the smaller pieces or comes first; and how far away they were then, in m.
+    partners: Vec<(u32, f64)>,
+    /// How near in m partners were then that can be within range now.
+    near: f64,
 }
 
 impl Neighbours {
-    /// Partners of a body.
-    pub(crate) fn of(&self, n: usize) -> &[u32] {
-        &self.partners[self.starts[n] as usize..self.starts[n + 1] as usize]
+    /// Partners of a body that can be within range.
+    pub(crate) fn of(&self, n: usize) -> impl Iterator<Item = u32> {
+        let partners = &self.partners[self.starts[n] as usize..self.starts[n + 1] as usize];
+        partners.iter().filter(|(_, away)| *away < self.near).map(|&(partner, _)| partner)
     }
 
     /// Makes the list hold all pairs nearer than `range` + the halos of both; when it must be made anew, with a skin of `spare` more.
@@ -61,11 +64,12 @@ impl Neighbours {
                 .collect::<Vec<_>>()
                 .into_iter()
                 .fold(0.0, f64::max);
-            if range + 2.0 * moved <= self.skin {
+            self.near = range + 2.0 * moved;
+            if self.near <= self.skin {
                 return;
             }
         }
-        self.skin = range + spare;
+        (self.near, self.skin) = (range, range + spare);
         self.ids.clear();
         self.ids.extend_from_slice(ids);
         self.then.clear();
@@ -88,10 +92,10 @@ impl Neighbours {
                 (!members.is_empty()).then(|| Grid::new(&members, outlines, &cuts, skin, periods))
             })
             .collect();
-        let found: Vec<(Vec<u32>, Vec<u32>)> = (0..outlines.len().div_ceil(CHUNK))
+        let found: Vec<(Vec<u32>, Vec<(u32, f64)>)> = (0..outlines.len().div_ceil(CHUNK))
             .into_par_iter()
             .map(|chunk| {
-                let (mut counts, mut partners, mut near) = (Vec::new(), Vec::new(), Vec::new());
+                let (mut counts, mut partners, mut near) = (Vec::new(), Vec::new(), Vec::<u32>::new());
                 for n in chunk * CHUNK..((chunk + 1) * CHUNK).min(outlines.len()) {
                     near.clear();
                     let (outline, cut) = (&outlines[n], &cuts[n]);
@@ -111,15 +115,17 @@ impl Neighbours {
                     }
                     near.sort_unstable();
                     near.dedup();
-                    near.retain(|&other| {
+                    let before = partners.len();
+                    partners.extend(near.iter().filter_map(|&other| {
                         let q = &outlines[other as usize];
                         let way = periods.shortest(q.centre - outline.centre);
                         let (s, t) = nearest_of_segments(outline.half, q.half, way);
-                        let away = size(outline, halo) + skin + size(q, halo);
-                        (way + t * q.half - s * outline.half).length_squared() < away * away
-                    });
-                    counts.push(near.len() as u32);
-                    partners.extend_from_slice(&near);
+                        let away = (way + t * q.half - s * outline.half).length()
+                            - size(outline, halo)
+                            - size(q, halo);
+                        (away < skin).then_some((other, away))
+                    }));
+                    counts.push((partners.len() - before) as u32);
                 }
                 (counts, partners)
             })

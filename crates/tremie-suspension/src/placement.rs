@@ -259,6 +259,11 @@ fn fits(outline: &Outline, region: &Region) -> bool {
     true
 }
 
+/// Fibres in about ten pieces: more fill memory, fewer find too many others.
+fn cut(outline: &Outline) -> Cut {
+    Cut::of(outline, 0.0, 0.2 * outline.half.length())
+}
+
 /// Bodies that have their place, by cells.
 struct Crowd {
     origin: DVec3,
@@ -272,7 +277,7 @@ struct Crowd {
 
 impl Crowd {
     fn new(bodies: &Inclusions, kind: &Kind, number: u16, region: &Region, periods: &Periods) -> Self {
-        let cut = |form: &Form| Cut::of(&Outline::new(form, DVec3::ZERO, DQuat::IDENTITY), 0.0, 0.0).reach;
+        let cut = |form: &Form| cut(&Outline::new(form, DVec3::ZERO, DQuat::IDENTITY)).reach;
         let present =
             |k: usize| k == usize::from(number) || bodies.kind.iter().any(|&kind| usize::from(kind) == k);
         let reaches = (0..bodies.kinds.len()).filter(|&k| present(k)).map(|k| cut(&bodies.kinds[k].form));
@@ -302,7 +307,7 @@ impl Crowd {
 
     /// The cells that a body's pieces reach, some more than once.
     fn reached(&self, outline: &Outline) -> impl Iterator<Item = [i64; 3]> + use<> {
-        let cut = Cut::of(outline, 0.0, 0.0);
+        let cut = cut(outline);
         let (origin, size, round) = (self.origin, self.size, self.round);
         cut.pieces(outline).flat_map(move |at| {
             let cell = |at: DVec3| ((at - origin) / size).floor().to_array().map(|x| x as i64);

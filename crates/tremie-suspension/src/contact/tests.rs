@@ -353,7 +353,7 @@ fn the_list_holds_all_that_are_near() {
         let mut neighbours = Neighbours::default();
         neighbours.update(&crowd.id, &outlines, &periods, 0.0005, 0.001, 0.001);
         let mut listed: Vec<(usize, usize)> = (0..900)
-            .flat_map(|n| neighbours.of(n).iter().map(move |&k| (n.min(k as usize), n.max(k as usize))))
+            .flat_map(|n| neighbours.of(n).map(move |k| (n.min(k as usize), n.max(k as usize))))
             .collect();
         let number = listed.len();
         listed.sort_unstable();
@@ -391,7 +391,7 @@ fn run(mut crowd: Inclusions, steps: usize) -> Inclusions {
 fn the_same_bits_on_any_number_of_threads_and_in_any_order_of_memory() {
     let with = |threads, crowd: &Inclusions| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| run(crowd.clone(), 10))
+        pool.install(|| run(crowd.clone(), 5))
     };
     let mut crowd = crowd(11, 3000, 0.2, &[SPHERE, FIBRE, ELLIPSOID, FIBRE, FIBRE]);
     crowd.position.iter_mut().for_each(|at| at.z += 0.2);
