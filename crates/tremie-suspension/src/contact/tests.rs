@@ -6,7 +6,7 @@ use rand_pcg::Pcg64Mcg;
 use tremie_numerics::DQuat;
 
 use super::*;
-use crate::{Form, Kind, Wall};
+use crate::{Amount, AtWalls, Direction, Form, Kind, Order, Region, Wall, place};
 
 const SPHERE: u16 = 0;
 const FIBRE: u16 = 1;
@@ -468,6 +468,70 @@ fn dense_spheres_stay_out_of_each_other() {
         assert!(left < 0.01, "{step}: {left}");
         assert_relative_eq!(said, left, epsilon = 1e-12);
     }
+}
+
+/// Spheres and fibres between plates that shear them, with the drag of a fluid: 35 % and 0.3 %.
+#[test]
+fn a_sheared_mixture_stays_out_of_itself_and_of_the_plates() {
+    let size = 0.16;
+    let between = move |p: DVec3| (p.z - 0.5 * size).abs() - 0.5 * size;
+    let region = Region { low: DVec3::ZERO, high: DVec3::splat(size), distance: &between };
+    let periods = Periods([Some(size), Some(size), None]);
+    let walls = Room { planes: vec![(DVec3::ZERO, DVec3::Z), (DVec3::Z * size, -DVec3::Z)], bars: vec![] };
+    let (mut mixture, time_step) = (bodies(), 1e-3);
+    for (kind, share) in [(SPHERE, 0.35), (FIBRE, 0.003)] {
+        let (amount, direction) = (Amount::Share(share), Direction::Isotropic);
+        let order = Order { kind, batch: 0, amount, direction, at_walls: AtWalls::Turned, seed: 5 };
+        place(&mut mixture, &order, &region, &periods).unwrap();
+    }
+    let mut contacts = Contacts::default();
+    for step in 0..100 {
+        let responses = in_fluid(&mixture);
+        for n in 0..mixture.len() {
+            // 3/s: half a millimetre a step at the plates.
+            let axis = mixture.axis(n);
+            mixture.velocity[n] = 3.0 * (mixture.position[n].z - 0.5 * size) * DVec3::X;
+            mixture.angular_velocity[n] = match mixture.kind[n] {
+                FIBRE => axis.cross(3.0 * axis.z * DVec3::X),
+                _ => 1.5 * DVec3::Y,
+            };
+        }
+        contacts.resolve(&mut mixture, &responses, &walls, &periods, Film::default(), time_step);
+        advance(&mut mixture, time_step);
+        contacts.separate(&mut mixture, &responses, &walls, &periods, Film::default(), time_step);
+        let left = worst(&mixture, &walls, &periods);
+        assert!(left < 0.01, "{step}: {left}");
+    }
+}
+
+/// A wall that moves takes a sphere along, or throws it ahead.
+#[test]
+fn walls_push() {
+    struct Piston;
+    impl Walls for Piston {
+        fn nearest(&self, at: DVec3, within: f64) -> Option<Wall> {
+            (at.z <= within).then_some(Wall { distance: at.z, normal: DVec3::Z, velocity: 0.3 * DVec3::Z })
+        }
+    }
+    for restitution in [0.0, 0.5] {
+        let mut one = bodies();
+        one.add(SPHERE, 0, 0.01 * DVec3::Z, DQuat::IDENTITY);
+        meet(&mut one, law(restitution, 0.6), &Piston);
+        assert_relative_eq!(one.velocity[0].z, 0.3 * (1.0 + restitution), max_relative = 1e-12);
+    }
+}
+
+/// `cargo test -p tremie-suspension --release hundred -- --ignored`.
+#[test]
+#[ignore = "takes a minute"]
+fn a_hundred_thousand_bodies_have_the_same_bits_on_two_threads() {
+    let mut crowd = crowd(23, 100_000, 0.7, &[SPHERE, FIBRE, FIBRE, ELLIPSOID, FIBRE, FIBRE]);
+    crowd.position.iter_mut().for_each(|at| at.z += 0.7);
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| run(crowd.clone(), 3))
+    };
+    assert_eq!(state(&with(1)), state(&with(2)));
 }
 
 /// What a step costs: `cargo test -p tremie-suspension --release cost -- --ignored --nocapture`.
