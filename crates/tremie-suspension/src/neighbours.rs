@@ -95,6 +95,8 @@ impl Neighbours {
         let found: Vec<(Vec<u32>, Vec<(u32, f64)>)> = (0..outlines.len().div_ceil(CHUNK))
             .into_par_iter()
             .map(|chunk| {
+                // For whom a body was found last: most are found by several pieces.
+                let mut known = vec![u32::MAX; outlines.len()];
                 let (mut counts, mut partners, mut near) = (Vec::new(), Vec::new(), Vec::<u32>::new());
                 for n in chunk * CHUNK..((chunk + 1) * CHUNK).min(outlines.len()) {
                     near.clear();
@@ -107,14 +109,14 @@ impl Neighbours {
                             grid.around(piece, |other| {
                                 if i64::from(other.body) > after
                                     && periods.shortest(other.at - piece).length_squared() < away
+                                    && known[other.body as usize] != n as u32
                                 {
+                                    known[other.body as usize] = n as u32;
                                     near.push(other.body);
                                 }
                             });
                         }
                     }
-                    near.sort_unstable();
-                    near.dedup();
                     let before = partners.len();
                     partners.extend(near.iter().filter_map(|&other| {
                         let q = &outlines[other as usize];
@@ -191,7 +193,8 @@ struct Grid {
     reach: f64,
     origin: DVec3,
     periods: Periods,
-    size: DVec3,
+    /// One over the size of a cell, in 1/m.
+    inverse: DVec3,
     cells: [usize; 3],
     starts: Vec<u32>,
     pieces: Vec<Piece>,
@@ -236,7 +239,7 @@ impl Grid {
             reach,
             origin: low,
             periods: *periods,
-            size: sizes,
+            inverse: sizes.recip(),
             cells,
             starts: vec![0; total + 1],
             pieces: vec![],
@@ -269,8 +272,11 @@ impl Grid {
 
     /// Number of the cell along an axis in which a coordinate lies.
     fn place(&self, axis: usize, at: f64) -> i64 {
-        let cell = ((at - self.origin[axis]) / self.size[axis]).floor() as i64;
-        if self.periods.0[axis].is_some() { cell.rem_euclid(self.cells[axis] as i64) } else { cell }
+        // Rounds down; a library's `floor` and divisions would take longer than all else here.
+        let cells = (at - self.origin[axis]) * self.inverse[axis];
+        let cell = cells as i64 - i64::from(cells < 0.0);
+        let inside = (0..self.cells[axis] as i64).contains(&cell);
+        if inside || self.periods.0[axis].is_none() { cell } else { cell.rem_euclid(self.cells[axis] as i64) }
     }
 
     /// The cells from one before to one after that of a coordinate, as up to two ranges.
