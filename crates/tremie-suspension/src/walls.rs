@@ -34,7 +34,10 @@ impl Periods {
     /// The shortest of the vectors that mean the same as `way`.
     pub fn shortest(&self, mut way: DVec3) -> DVec3 {
         for axis in 0..3 {
-            if let Some(period) = self.0[axis] {
+            // Most ways are short already, and rounding is slow.
+            if let Some(period) = self.0[axis]
+                && way[axis].abs() > 0.5 * period
+            {
                 way[axis] -= period * (way[axis] / period).round();
             }
         }

@@ -1,0 +1,310 @@
+//! Which bodies may touch: a list of pairs that serves for several steps (Verlet 1967).
+//!
+//! A long thin fibre in a grid of cells of its own length finds hundreds of others that it will never meet. So fibres are cut into pieces
+//! a few diameters long, every piece lies in the cell of its middle, and pieces in neighbouring cells are compared. Pieces of very
+//! different sizes lie in different grids, each twice as coarse as the one before; a small body looks into the coarser grids,
+//! never the other way. The pairs are those nearer than a skin. They serve until bodies may have moved by half of it.
+
+use rayon::prelude::*;
+use tremie_numerics::DVec3;
+
+use crate::Periods;
+use crate::distance::{Outline, nearest_of_segments};
+
+/// Bodies in one piece of parallel work.
+pub(crate) const CHUNK: usize = 256;
+
+/// Pairs of bodies that may touch.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Neighbours {
+    /// What the list holds: pairs nearer than this, in m, when it was made.
+    skin: f64,
+    /// Centres and half segments when it was made.
+    then: Vec<(DVec3, DVec3)>,
+    /// The bodies that it was made for.
+    ids: Vec<u64>,
+    /// Where the partners of each body start.
+    starts: Vec<u32>,
+    /// Partners, each pair once, with the body that has the smaller pieces or comes first; and how far away they were then, in m.
+    partners: Vec<(u32, f64)>,
+    /// How near in m partners were then that can be within range now.
+    near: f64,
+}
+
+impl Neighbours {
+    /// Partners of a body that can be within range.
+    pub(crate) fn of(&self, n: usize) -> impl Iterator<Item = u32> {
+        let partners = &self.partners[self.starts[n] as usize..self.starts[n + 1] as usize];
+        partners.iter().filter(|(_, away)| *away < self.near).map(|&(partner, _)| partner)
+    }
+
+    /// Makes the list hold all pairs nearer than `range` + the halos of both; when it must be made anew, with a skin of `spare` more.
+    ///
+    /// `halo` is in m and for spheres only: how far they feel each other.
+    pub(crate) fn update(
+        &mut self,
+        ids: &[u64],
+        outlines: &[Outline],
+        periods: &Periods,
+        halo: f64,
+        range: f64,
+        spare: f64,
+    ) {
+        if self.ids == ids {
+            let moved = outlines
+                .par_iter()
+                .zip(&self.then)
+                .with_min_len(CHUNK)
+                .map(|(now, then)| {
+                    let centre = periods.shortest(now.centre - then.0);
+                    // Ellipsoids are found by their outer sphere, which does not turn.
+                    let turn = now.half - then.1;
+                    (centre + turn).length().max((centre - turn).length())
+                })
+                .collect::<Vec<_>>()
+                .into_iter()
+                .fold(0.0, f64::max);
+            self.near = range + 2.0 * moved;
+            if self.near <= self.skin {
+                return;
+            }
+        }
+        (self.near, self.skin) = (range, range + spare);
+        self.ids.clear();
+        self.ids.extend_from_slice(ids);
+        self.then.clear();
+        self.then.extend(outlines.iter().map(|outline| (outline.centre, outline.half)));
+        self.search(outlines, periods, halo);
+    }
+
+    fn search(&mut self, outlines: &[Outline], periods: &Periods, halo: f64) {
+        let skin = self.skin;
+        let cuts: Vec<Cut> =
+            outlines.par_iter().with_min_len(CHUNK).map(|outline| Cut::of(outline, halo, skin)).collect();
+        let smallest = cuts.iter().map(|cut| cut.reach).fold(f64::INFINITY, f64::min);
+        let level = |cut: &Cut| (cut.reach / smallest).log2().clamp(0.0, 40.0) as usize;
+        let levels: Vec<u8> = cuts.par_iter().with_min_len(CHUNK).map(|cut| level(cut) as u8).collect();
+        let coarsest = levels.iter().copied().max().unwrap_or(0);
+        let grids: Vec<Option<Grid>> = (0..=coarsest)
+            .map(|level| {
+                let members: Vec<u32> =
+                    (0..outlines.len() as u32).filter(|&n| levels[n as usize] == level).collect();
+                (!members.is_empty()).then(|| Grid::new(&members, outlines, &cuts, skin, periods))
+            })
+            .collect();
+        let found: Vec<(Vec<u32>, Vec<(u32, f64)>)> = (0..outlines.len().div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|chunk| {
+                // For whom a body was found last: most are found by several pieces.
+                let mut known = vec![u32::MAX; outlines.len()];
+                let (mut counts, mut partners, mut near) = (Vec::new(), Vec::new(), Vec::<u32>::new());
+                for n in chunk * CHUNK..((chunk + 1) * CHUNK).min(outlines.len()) {
+                    near.clear();
+                    let (outline, cut) = (&outlines[n], &cuts[n]);
+                    for piece in cut.pieces(outline) {
+                        for (coarse, grid) in grids.iter().enumerate().skip(usize::from(levels[n])) {
+                            let Some(grid) = grid else { continue };
+                            let after = if coarse == usize::from(levels[n]) { n as i64 } else { -1 };
+                            let away = (cut.reach + skin + grid.reach).powi(2);
+                            grid.around(piece, |other| {
+                                if i64::from(other.body) > after
+                                    && periods.shortest(other.at - piece).length_squared() < away
+                                    && known[other.body as usize] != n as u32
+                                {
+                                    known[other.body as usize] = n as u32;
+                                    near.push(other.body);
+                                }
+                            });
+                        }
+                    }
+                    let before = partners.len();
+                    partners.extend(near.iter().filter_map(|&other| {
+                        let q = &outlines[other as usize];
+                        let way = periods.shortest(q.centre - outline.centre);
+                        let (s, t) = nearest_of_segments(outline.half, q.half, way);
+                        let away = (way + t * q.half - s * outline.half).length()
+                            - size(outline, halo)
+                            - size(q, halo);
+                        (away < skin).then_some((other, away))
+                    }));
+                    counts.push((partners.len() - before) as u32);
+                }
+                (counts, partners)
+            })
+            .collect();
+        self.starts.clear();
+        self.starts.push(0);
+        self.partners.clear();
+        let mut end = 0;
+        for (counts, partners) in &found {
+            for count in counts {
+                end += count;
+                self.starts.push(end);
+            }
+            self.partners.extend_from_slice(partners);
+        }
+    }
+}
+
+/// Distance in m from a body's segment or centre at which others feel it.
+fn size(outline: &Outline, halo: f64) -> f64 {
+    if outline.ellipsoid.is_some() {
+        outline.reach()
+    } else {
+        outline.radius + if outline.is_sphere() { halo } else { 0.0 }
+    }
+}
+
+/// How a body is cut into pieces.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cut {
+    /// Number of pieces.
+    pieces: u32,
+    /// Radius in m of a sphere about the middle of a piece that holds it.
+    pub(crate) reach: f64,
+}
+
+impl Cut {
+    pub(crate) fn of(outline: &Outline, halo: f64, skin: f64) -> Self {
+        let (length, size) = (2.0 * outline.half.length(), size(outline, halo));
+        // Found by trial, at 1 % of fibres eighty diameters long.
+        let pieces = (length / (4.0 * size + 0.8 * skin)).round().clamp(1.0, 64.0);
+        Self { pieces: pieces as u32, reach: 0.5 * length / pieces + size }
+    }
+
+    /// Middles of the pieces.
+    pub(crate) fn pieces(self, outline: &Outline) -> impl Iterator<Item = DVec3> + use<> {
+        let (centre, half, pieces) = (outline.centre, outline.half, f64::from(self.pieces));
+        (0..self.pieces).map(move |k| centre + half * ((2.0 * f64::from(k) + 1.0) / pieces - 1.0))
+    }
+}
+
+/// A piece in a grid.
+#[derive(Debug, Clone, Copy, Default)]
+struct Piece {
+    at: DVec3,
+    body: u32,
+}
+
+/// Pieces sorted by cells.
+#[derive(Debug)]
+struct Grid {
+    /// Largest reach of a piece in m.
+    reach: f64,
+    origin: DVec3,
+    periods: Periods,
+    /// One over the size of a cell, in 1/m.
+    inverse: DVec3,
+    cells: [usize; 3],
+    starts: Vec<u32>,
+    pieces: Vec<Piece>,
+}
+
+impl Grid {
+    /// Of the pieces of some bodies. All that is within reach of a piece that is no larger than these is in the 27 cells around it.
+    fn new(members: &[u32], outlines: &[Outline], cuts: &[Cut], skin: f64, periods: &Periods) -> Self {
+        let loose: Vec<Piece> = members
+            .iter()
+            .flat_map(|&body| {
+                cuts[body as usize].pieces(&outlines[body as usize]).map(move |at| Piece { at, body })
+            })
+            .collect();
+        let reach = members.iter().map(|&n| cuts[n as usize].reach).fold(0.0, f64::max);
+        let low = loose.iter().fold(DVec3::INFINITY, |low, piece| low.min(piece.at));
+        let high = loose.iter().fold(DVec3::NEG_INFINITY, |high, piece| high.max(piece.at));
+        let mut size = 2.0 * reach + skin;
+        let mut extent = high - low;
+        for axis in 0..3 {
+            if let Some(period) = periods.0[axis] {
+                extent[axis] = period;
+            }
+        }
+        // Bodies that are far between get larger cells: memory follows the bodies, not the space between.
+        let number =
+            |size: f64| extent.to_array().map(|e| (e / size).floor() + 1.0).into_iter().product::<f64>();
+        while number(size) > 4.0 * loose.len() as f64 + 64.0 {
+            size *= 1.25;
+        }
+        let (mut cells, mut sizes) = ([1; 3], DVec3::splat(size));
+        for axis in 0..3 {
+            if periods.0[axis].is_some() {
+                cells[axis] = ((extent[axis] / size) as usize).max(1);
+                sizes[axis] = extent[axis] / cells[axis] as f64;
+            } else {
+                cells[axis] = (extent[axis] / size) as usize + 1;
+            }
+        }
+        let total: usize = cells.iter().product();
+        let mut grid = Self {
+            reach,
+            origin: low,
+            periods: *periods,
+            inverse: sizes.recip(),
+            cells,
+            starts: vec![0; total + 1],
+            pieces: vec![],
+        };
+        let places: Vec<u32> = loose
+            .par_iter()
+            .with_min_len(CHUNK)
+            .map(|piece| {
+                let place =
+                    |axis: usize| grid.place(axis, piece.at[axis]).clamp(0, grid.cells[axis] as i64 - 1);
+                let (x, y, z) = (place(0) as usize, place(1) as usize, place(2) as usize);
+                (x + grid.cells[0] * (y + grid.cells[1] * z)) as u32
+            })
+            .collect();
+        for &place in &places {
+            grid.starts[place as usize + 1] += 1;
+        }
+        for cell in 0..total {
+            grid.starts[cell + 1] += grid.starts[cell];
+        }
+        let mut next = grid.starts.clone();
+        grid.pieces = vec![Piece::default(); loose.len()];
+        for (piece, &place) in loose.iter().zip(&places) {
+            let at = &mut next[place as usize];
+            grid.pieces[*at as usize] = *piece;
+            *at += 1;
+        }
+        grid
+    }
+
+    /// Number of the cell along an axis in which a coordinate lies.
+    fn place(&self, axis: usize, at: f64) -> i64 {
+        // Rounds down; a library's `floor` and divisions would take longer than all else here.
+        let cells = (at - self.origin[axis]) * self.inverse[axis];
+        let cell = cells as i64 - i64::from(cells < 0.0);
+        let inside = (0..self.cells[axis] as i64).contains(&cell);
+        if inside || self.periods.0[axis].is_none() { cell } else { cell.rem_euclid(self.cells[axis] as i64) }
+    }
+
+    /// The cells from one before to one after that of a coordinate, as up to two ranges.
+    fn beside(&self, axis: usize, at: f64) -> [std::ops::Range<usize>; 2] {
+        let (cell, cells) = (self.place(axis, at), self.cells[axis] as i64);
+        let range = |low: i64, high: i64| low.clamp(0, cells) as usize..high.clamp(0, cells) as usize;
+        if self.periods.0[axis].is_none() {
+            [range(cell.saturating_sub(1), cell.saturating_add(2)), 0..0]
+        } else if cells <= 3 {
+            [range(0, cells), 0..0]
+        } else if cell == 0 {
+            [range(0, 2), range(cells - 1, cells)]
+        } else {
+            [range(cell - 1, cell + 2), range(0, cell + 2 - cells)]
+        }
+    }
+
+    /// All pieces in the 27 cells around a point.
+    fn around(&self, at: DVec3, mut visit: impl FnMut(&Piece)) {
+        let rows = self.beside(0, at.x);
+        for z in self.beside(2, at.z).into_iter().flatten() {
+            for y in self.beside(1, at.y).into_iter().flatten() {
+                let row = self.cells[0] * (y + self.cells[1] * z);
+                for x in &rows {
+                    let (from, to) = (self.starts[row + x.start], self.starts[row + x.end.max(x.start)]);
+                    self.pieces[from as usize..to as usize].iter().for_each(&mut visit);
+                }
+            }
+        }
+    }
+}
