@@ -87,11 +87,7 @@ pub(crate) const GROUP: Section<InclusionGroup> = {
                 }
             };
             Ok(InclusionGroup {
-                kind: Kind {
-                    name: t.need(&NAME)?,
-                    form: t.one_of(&FORMS)?,
-                    density: t.need(&DENSITY)?,
-                },
+                kind: Kind { name: t.need(&NAME)?, form: t.one_of(&FORMS)?, density: t.need(&DENSITY)? },
                 amount,
                 region: t.maybe(&WITHIN)?,
                 direction: t.or(&DIRECTION)?,
@@ -135,8 +131,7 @@ const FIBRE: Section<Form> = {
     }
 };
 
-const REGION: Section<Shape> =
-    Section { keys: &[&SHAPES], example: &[], read: |t| t.one_of(&SHAPES) };
+const REGION: Section<Shape> = Section { keys: &[&SHAPES], example: &[], read: |t| t.one_of(&SHAPES) };
 
 const DIRECTIONS: WordOr<Direction> = WordOr {
     words: Choice(&[("isotropic", "in all directions alike", Direction::Isotropic)]),
@@ -153,7 +148,9 @@ const DIRECTIONS: WordOr<Direction> = WordOr {
                 match (unit(t.maybe(&ALONG)?), unit(t.maybe(&ACROSS)?)) {
                     (Some(axis), None) => Ok(Direction::Aligned(axis)),
                     (None, Some(normal)) => Ok(Direction::Planar(normal)),
-                    _ => Err(t.itself().fault("names no direction, or two", "write { along = [1, 0, 0] }, say")),
+                    _ => Err(t
+                        .itself()
+                        .fault("names no direction, or two", "write { along = [1, 0, 0] }, say")),
                 }
             },
         }

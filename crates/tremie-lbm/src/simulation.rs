@@ -42,7 +42,18 @@ const SETTLED: f64 = 0.1;
 pub fn simulation(case: &Case) -> Box<dyn Simulation> {
     match settings(case).textbook() {
         Some(textbook) => textbook::simulation(case, textbook),
-        None => simulation_with(case, None),
+        None => {
+            let bodies = !case.groups.is_empty();
+            let following = case.following;
+            simulation_with(
+                case,
+                bodies.then(|| {
+                    let (origin, periods) = (case.domain.min, case.periods());
+                    let bodies = case.inclusions.clone();
+                    Suspension::new(bodies, following.method, following.contact, origin, periods)
+                }),
+            )
+        }
     }
 }
 

@@ -1,15 +1,17 @@
 //! All bodies and their fluid: the order of things in a step.
 //!
 //! 1. The points of all bodies ask the fluid how fast it moves there ([`Carrier::see`]).
-//! 2. Each body finds its velocity at the end of the step (module `motion`).
-//! 3. The fluid gets the drag, turned round ([`Carrier::push`]), and the bodies go on.
+//! 2. Each body finds its velocity (module `motion`).
+//! 3. Bodies that would run into each other or into walls are kept from it ([`Contacts`]), each by as much as it answers while the fluid holds it: so what
+//!    the fluid gets and what bodies hand each other together are all that there is.
+//! 4. The fluid gets the drag, turned round ([`Carrier::push`]), and the bodies go on.
 
 use rayon::prelude::*;
 use tremie_numerics::DVec3;
 
 use crate::friction::{Coupling, Grip, Medium, grips};
 use crate::motion::{Dragged, Motion, Scheme};
-use crate::{Carrier, Inclusions, Periods, Response, Seen, Walls};
+use crate::{Carrier, ContactLaw, Contacts, Film, Inclusions, Periods, Response, Seen, Walls};
 
 /// Relative error of each step of the scheme of Fehlberg.
 const TOLERANCE: f64 = 1e-6;
@@ -25,12 +27,20 @@ pub struct Method {
     pub held: bool,
 }
 
+/// How a body moves in a step: in the mean, what its velocity and angular velocity have more than that at the end, and how it answers to impulses.
+struct Moved {
+    mean: [DVec3; 2],
+    more: [DVec3; 2],
+    response: Response,
+}
+
 /// Bodies in a fluid.
 #[derive(Debug, Clone)]
 pub struct Suspension {
     /// The bodies.
     pub inclusions: Inclusions,
     method: Method,
+    contacts: Contacts,
     periods: Periods,
     /// Lower corner of space in m, where it repeats itself.
     origin: DVec3,
@@ -44,10 +54,17 @@ pub struct Suspension {
 
 impl Suspension {
     /// Bodies in a space that repeats itself after `periods`, from `origin` in m on.
-    pub fn new(inclusions: Inclusions, method: Method, origin: DVec3, periods: Periods) -> Self {
+    pub fn new(
+        inclusions: Inclusions,
+        method: Method,
+        contact: ContactLaw,
+        origin: DVec3,
+        periods: Periods,
+    ) -> Self {
         Self {
             inclusions,
             method,
+            contacts: Contacts::new(contact),
             periods,
             origin,
             grips: Vec::new(),
@@ -59,7 +76,7 @@ impl Suspension {
     }
 
     /// Goes on for the step of the fluid that follows.
-    pub fn step(&mut self, carrier: &mut impl Carrier, _walls: &impl Walls) {
+    pub fn step(&mut self, carrier: &mut impl Carrier, walls: &impl Walls) {
         let medium = Medium::of(carrier);
         if self.medium != Some(medium) {
             self.medium = Some(medium);
@@ -70,8 +87,7 @@ impl Suspension {
         self.seen.resize(self.points.len(), Seen::default());
         carrier.see(&self.points, &mut self.seen);
         let (step, density, gravity) = (carrier.time_step(), carrier.density(), carrier.gravity());
-        let method = self.method;
-        let moved: Vec<(Motion, Motion, Response)> = (0..self.inclusions.len())
+        let moved: Vec<Moved> = (0..self.inclusions.len())
             .into_par_iter()
             .map(|n| {
                 let kind = &self.inclusions.kinds[usize::from(self.inclusions.kind[n])];
@@ -83,31 +99,52 @@ impl Suspension {
                     fluid_density: density,
                     gravity,
                 };
-                let from = self.motion(n);
-                let (mut to, response) = match method.held {
-                    true => (from, Response::FIXED),
-                    false => dragged.implicit(&from, step),
-                };
-                // What the fluid feels is the mean over the step.
-                let mut mean = to;
-                if method.scheme == Scheme::Fehlberg && !method.held {
-                    to = dragged.fehlberg(&from, step, TOLERANCE);
-                    mean.velocity = (to.position - from.position) / step;
-                    let turn = to.orientation * from.orientation.inverse();
-                    mean.angular_velocity = turn.to_scaled_axis() / step;
-                } else {
-                    to.move_on(step);
-                }
-                (to, mean, response)
+                self.moved(n, &dragged, step)
             })
             .collect();
-        self.react(&firsts, &moved);
+        let responses: Vec<Response> = moved.iter().map(|moved| moved.response).collect();
+        for (n, moved) in moved.iter().enumerate() {
+            [self.inclusions.velocity[n], self.inclusions.angular_velocity[n]] = moved.mean;
+        }
+        let film = Film::of(carrier);
+        let periods = self.periods;
+        if !self.method.held {
+            self.contacts.resolve(&mut self.inclusions, &responses, walls, &periods, film, step);
+        }
+        self.react(&firsts);
         carrier.push(&self.points, &self.forces);
-        for (n, (to, _, _)) in moved.into_iter().enumerate() {
-            self.inclusions.position[n] = self.periods.inside(self.origin, to.position);
-            self.inclusions.orientation[n] = to.orientation;
-            self.inclusions.velocity[n] = to.velocity;
-            self.inclusions.angular_velocity[n] = to.angular_velocity;
+        for (n, moved) in moved.iter().enumerate() {
+            let mut motion = self.motion(n);
+            motion.move_on(step);
+            self.inclusions.position[n] = self.periods.inside(self.origin, motion.position);
+            self.inclusions.orientation[n] = motion.orientation;
+            self.inclusions.velocity[n] = motion.velocity + moved.more[0];
+            self.inclusions.angular_velocity[n] = motion.angular_velocity + moved.more[1];
+        }
+        if !self.method.held {
+            self.contacts.separate(&mut self.inclusions, &responses, walls, &periods, film, step);
+        }
+    }
+
+    /// How a body moves in a step if it meets nothing.
+    fn moved(&self, n: usize, dragged: &Dragged<'_>, step: f64) -> Moved {
+        let from = self.motion(n);
+        if self.method.held {
+            let mean = [from.velocity, from.angular_velocity];
+            return Moved { mean, more: [DVec3::ZERO; 2], response: Response::FIXED };
+        }
+        let (to, response) = dragged.implicit(&from, step);
+        match self.method.scheme {
+            Scheme::Implicit => {
+                Moved { mean: [to.velocity, to.angular_velocity], more: [DVec3::ZERO; 2], response }
+            }
+            Scheme::Fehlberg => {
+                let to = dragged.fehlberg(&from, step, TOLERANCE);
+                let turn = to.orientation * from.orientation.inverse();
+                let mean = [(to.position - from.position) / step, turn.to_scaled_axis() / step];
+                let more = [to.velocity - mean[0], to.angular_velocity - mean[1]];
+                Moved { mean, more, response }
+            }
         }
     }
 
@@ -140,11 +177,11 @@ impl Suspension {
     }
 
     /// The drag at each point, turned round, and what comes of it for each body.
-    fn react(&mut self, firsts: &[usize], moved: &[(Motion, Motion, Response)]) {
+    fn react(&mut self, firsts: &[usize]) {
         let mut forces = std::mem::take(&mut self.forces);
         forces.resize(self.points.len(), DVec3::ZERO);
-        for (n, (_, mean, _)) in moved.iter().enumerate() {
-            let (turn, first) = (self.inclusions.orientation[n], firsts[n]);
+        for n in 0..self.inclusions.len() {
+            let (mean, turn, first) = (self.motion(n), self.inclusions.orientation[n], firsts[n]);
             let axis = turn * DVec3::Z;
             let (mut drag, mut torque) = (DVec3::ZERO, DVec3::ZERO);
             for (k, grip) in self.grips_of(n).iter().enumerate() {

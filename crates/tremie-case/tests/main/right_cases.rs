@@ -13,6 +13,9 @@ use super::SLUMP_FLOW;
 fn every_value_arrives_in_si_units() {
     let case = Case::parse("slump_flow.toml", SLUMP_FLOW).unwrap();
     let expected = Case {
+        groups: Vec::new(),
+        inclusions: Default::default(),
+        following: Default::default(),
         title: "Slump flow, EN 12350-8".to_owned(),
         material: Material {
             density: 2300.0,

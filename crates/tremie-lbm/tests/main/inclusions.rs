@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use tremie_numerics::{DQuat, DVec3};
 use tremie_simulation::{Fluid, Simulation};
-use tremie_suspension::{Coupling, Form, Inclusions, Kind, Method, Periods, Scheme, Suspension};
+use tremie_suspension::{ContactLaw, Coupling, Form, Inclusions, Kind, Method, Periods, Scheme, Suspension};
 
 use crate::{advance, case};
 
@@ -51,7 +51,13 @@ fn drag_between_plates(diameter: f64, viscosity: f64) -> f64 {
     // One cell long, with a point at each end: the other half of each is its image.
     let mut inclusions = of_kind(Form::Fibre { length: 1e-3, diameter: 1e-3 * diameter }, 1000.0);
     inclusions.add(0, 0, DVec3::new(48.3e-3, 12e-3, 0.5e-3), DQuat::IDENTITY);
-    let suspension = Suspension::new(inclusions, HELD, DVec3::ZERO, periods(cells, [true, false, true]));
+    let suspension = Suspension::new(
+        inclusions,
+        HELD,
+        ContactLaw::default(),
+        DVec3::ZERO,
+        periods(cells, [true, false, true]),
+    );
     let mut simulation = tremie_lbm::simulation_with(&case, Some(suspension));
     advance(&mut *simulation, (1.2 * (height * height) as f64 / viscosity) as usize);
     let snapshot = simulation.snapshot();
@@ -80,7 +86,8 @@ fn hydrodynamic_radius(diameter: f64, viscosity: f64, edge: usize) -> f64 {
     let mut inclusions = of_kind(Form::Sphere { diameter: 1e-3 * diameter }, 1000.0);
     let middle = 0.5e-3 * edge as f64;
     inclusions.add(0, 0, DVec3::new(middle + 0.2e-3, middle + 0.4e-3, middle + 0.1e-3), DQuat::IDENTITY);
-    let suspension = Suspension::new(inclusions, HELD, DVec3::ZERO, periods(cells, [true; 3]));
+    let suspension =
+        Suspension::new(inclusions, HELD, ContactLaw::default(), DVec3::ZERO, periods(cells, [true; 3]));
     let mut simulation = tremie_lbm::simulation_with(&case, Some(suspension));
     advance(&mut *simulation, (0.6 * (edge * edge) as f64 / viscosity) as usize);
     let snapshot = simulation.snapshot();
@@ -125,7 +132,13 @@ fn momentum_goes_from_the_fluid_to_the_bodies_and_none_is_lost() {
         inclusions.add(u16::from(n % 10 == 0), 0, place, turn);
         inclusions.velocity[n as usize] = DVec3::new(0.05, -0.02, 0.03 * f64::from(n).sin());
     }
-    let suspension = Suspension::new(inclusions, Method::default(), DVec3::ZERO, periods(cells, [true; 3]));
+    let suspension = Suspension::new(
+        inclusions,
+        Method::default(),
+        ContactLaw::default(),
+        DVec3::ZERO,
+        periods(cells, [true; 3]),
+    );
     let mut simulation = tremie_lbm::simulation_with(&case, Some(suspension));
     let momentum = |simulation: &dyn Simulation| {
         let snapshot = simulation.snapshot();
@@ -177,7 +190,16 @@ fn collapse() -> (tremie_case::Case, Suspension) {
         let turn = DQuat::from_scaled_axis(DVec3::new(1.3, 0.7, -0.4) * f64::from(n));
         inclusions.add(u16::from(n % 8 == 0), 1, DVec3::new(at(0.618), at(0.414), 1.7 * at(0.732)), turn);
     }
-    (case, Suspension::new(inclusions, Method::default(), DVec3::ZERO, Periods::default()))
+    (
+        case,
+        Suspension::new(
+            inclusions,
+            Method::default(),
+            ContactLaw::default(),
+            DVec3::ZERO,
+            Periods::default(),
+        ),
+    )
 }
 
 #[test]

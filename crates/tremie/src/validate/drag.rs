@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use tremie_case::Case;
 use tremie_numerics::{DQuat, DVec3};
 use tremie_simulation::Simulation;
-use tremie_suspension::{Coupling, Form, Inclusions, Kind, Method, Periods, Scheme, Suspension};
+use tremie_suspension::{ContactLaw, Coupling, Form, Inclusions, Kind, Method, Scheme, Suspension};
 
 use super::benchmark::{Check, Context, shown};
 use super::flow::{Flow, lattice};
@@ -14,15 +14,16 @@ use super::flow::{Flow, lattice};
 /// Diffusion times over which flows come to be steady.
 const STEADY: f64 = 1.2;
 
-/// The periods of a case's domain, along axes with periodic sides.
-fn periods(case: &Case) -> Periods {
-    let size = case.domain.max - case.domain.min;
-    let periodic = |a: usize| case.domain.sides[2 * a] == tremie_case::Side::Periodic;
-    Periods([0, 1, 2].map(|a| periodic(a).then(|| size[a])))
-}
-
 /// One body in the fluid of a case, with the lattice viscosity given.
-fn with(mut case: Case, viscosity: f64, form: Form, method: Method, place: DVec3, turn: DQuat, spin: DVec3) -> Flow {
+fn with(
+    mut case: Case,
+    viscosity: f64,
+    form: Form,
+    method: Method,
+    place: DVec3,
+    turn: DQuat,
+    spin: DVec3,
+) -> Flow {
     let cell = lattice(&mut case).cell_size;
     let kinematic = case.material.curve.plastic_viscosity() / case.material.density;
     lattice(&mut case).time_step = Some(viscosity * cell * cell / kinematic);
@@ -30,7 +31,8 @@ fn with(mut case: Case, viscosity: f64, form: Form, method: Method, place: DVec3
     let mut inclusions = Inclusions { kinds, ..Inclusions::default() };
     inclusions.add(0, 0, place, turn);
     inclusions.angular_velocity[0] = spin;
-    let suspension = Suspension::new(inclusions, method, case.domain.min, periods(&case));
+    let suspension =
+        Suspension::new(inclusions, method, ContactLaw::default(), case.domain.min, case.periods());
     Flow::with(case, suspension)
 }
 
@@ -206,14 +208,15 @@ pub(super) fn momentum(context: &Context) -> anyhow::Result<Vec<Check>> {
         kind("ball", Form::Sphere { diameter: 4.0 * cell }, 2600.0),
     ];
     let mut inclusions = Inclusions { kinds, ..Inclusions::default() };
-    let periods = periods(&case);
+    let periods = case.periods();
     for n in 0..30 {
         let place = cell * (f64::from(n) * DVec3::new(7.1, 3.3, 5.7) + 0.5);
         let turn = DQuat::from_scaled_axis(DVec3::new(0.3, 0.7, -0.4) * f64::from(n));
         inclusions.add(u16::from(n % 10 == 0), 0, periods.inside(case.domain.min, place), turn);
         inclusions.velocity[n as usize] = DVec3::new(0.05, -0.02, 0.03 * f64::from(n).sin());
     }
-    let suspension = Suspension::new(inclusions, Method::default(), case.domain.min, periods);
+    let suspension =
+        Suspension::new(inclusions, Method::default(), ContactLaw::default(), case.domain.min, periods);
     let mut flow = Flow::with(case, suspension);
     let all = |simulation: &dyn Simulation| {
         let snapshot = simulation.snapshot();
