@@ -92,7 +92,7 @@ impl Neighbours {
                 (!members.is_empty()).then(|| Grid::new(&members, outlines, &cuts, skin, periods))
             })
             .collect();
-        let found: Vec<(Vec<u32>, Vec<(u32, f64)>)> = (0..outlines.len().div_ceil(CHUNK))
+        let found: Vec<_> = (0..outlines.len().div_ceil(CHUNK))
             .into_par_iter()
             .map(|chunk| {
                 // For whom a body was found last: most are found by several pieces.
@@ -136,12 +136,12 @@ impl Neighbours {
         self.starts.push(0);
         self.partners.clear();
         let mut end = 0;
-        for (counts, partners) in &found {
+        for (counts, partners) in found {
             for count in counts {
                 end += count;
                 self.starts.push(end);
             }
-            self.partners.extend_from_slice(partners);
+            self.partners.extend::<Vec<(u32, f64)>>(partners);
         }
     }
 }

@@ -9,8 +9,6 @@
 //! Fibres are cut as lines here, so that their volume goes with their length. Bodies are taken where they are, not at their images in periodic
 //! space.
 
-use std::f64::consts::PI;
-
 use tremie_numerics::{DMat3, DVec3};
 
 use crate::distance::outer;
@@ -252,13 +250,10 @@ pub fn volumes_by_height(
     volumes
 }
 
-/// Area in m2 of a fibre's cross-section.
-pub fn cross_section(diameter: f64) -> f64 {
-    0.25 * PI * diameter * diameter
-}
-
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use approx::assert_relative_eq;
     use tremie_numerics::DQuat;
 

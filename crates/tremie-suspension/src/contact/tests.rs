@@ -351,7 +351,7 @@ fn the_list_holds_all_that_are_near() {
         }
         let outlines: Vec<Outline> = (0..900).map(|n| Outline::of(&crowd, n)).collect();
         let mut neighbours = Neighbours::default();
-        neighbours.update(&crowd.id, &outlines, &periods, 0.0005, 0.001, 0.001);
+        neighbours.update(&crowd.id, &outlines, &periods, 0.0005, 0.002, 0.001);
         let mut listed: Vec<(usize, usize)> = (0..900)
             .flat_map(|n| neighbours.of(n).map(move |k| (n.min(k as usize), n.max(k as usize))))
             .collect();
