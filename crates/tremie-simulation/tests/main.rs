@@ -176,6 +176,9 @@ impl Simulation for Cake {
 fn case() -> Case {
     let wall = Side::REST;
     Case {
+        groups: Vec::new(),
+        inclusions: Default::default(),
+        following: Default::default(),
         title: "Cake".into(),
         material: Material {
             density: 2300.0,

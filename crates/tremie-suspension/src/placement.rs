@@ -144,7 +144,7 @@ pub fn place(
     };
     let hopeless = number as f64 * each > HOPELESS * room;
     let (old, mut new) = (bodies.len(), bodies.clone());
-    let first = bodies.id.iter().max().map_or(0, |id| id + 1);
+    let first = bodies.next;
     let mut crowd = Crowd::new(&new, &kind, order.kind, region, periods);
     let mut overlapping = 0;
     for n in 0..number {
@@ -168,14 +168,7 @@ pub fn place(
             overlapping += 1;
         }
         crowd.add(Outline::new(&kind.form, position, orientation));
-        new.id.push(id);
-        new.kind.push(order.kind);
-        new.batch.push(order.batch);
-        new.position.push(position);
-        new.orientation.push(orientation);
-        new.velocity.push(DVec3::ZERO);
-        new.angular_velocity.push(DVec3::ZERO);
-        new.contacts.push(0);
+        new.add(order.kind, order.batch, position, orientation);
     }
     if overlapping > 0 && !push_apart(&mut new, old, &kind, region, periods) {
         return Err(full(number - overlapping));
