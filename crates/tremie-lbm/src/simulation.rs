@@ -120,7 +120,7 @@ impl<T: Real> LatticeBoltzmann<T> {
             fluid: fluid(case, &scaling),
             rows: Vec::new(),
             findings: Vec::new(),
-            ledger: Ledger::default(),
+            ledger: Ledger { drained_of: vec![Amount::default(); case.batches().len()], ..Ledger::default() },
             inflow: vec![Inflow::default(); case.inlets.len()],
             mass: 0.0,
             volume: 0.0,
@@ -223,6 +223,12 @@ impl<T: Real> LatticeBoltzmann<T> {
     pub fn batches(&self) -> Vec<f64> {
         let unit = self.scaling.density * self.scaling.cell_size.powi(3);
         (0..self.case.batches().len()).map(|batch| self.grid.carried_amount(batch) * unit).collect()
+    }
+
+    /// Mass in kg of each of them that has left.
+    pub fn batches_out(&self) -> Vec<f64> {
+        let unit = self.scaling.density * self.scaling.cell_size.powi(3);
+        self.ledger.drained_of.iter().map(|out| out.mass * unit).collect()
     }
 
     /// Mass of the fluid in kg, to see how well it is kept.
@@ -338,11 +344,15 @@ impl<T: Real> LatticeBoltzmann<T> {
         let poured = self.grid.poured(&self.grid.back);
         self.grid.carry(&self.rows, &poured);
         let poured: f64 = poured.iter().map(|(_, _, mass)| mass).sum();
-        let out = self.grid.drain();
+        let batches = self.ledger.drained_of.len();
+        let out = self.grid.drain(batches);
         self.ledger.poured += poured;
-        self.ledger.drained.mass += out.mass;
-        self.ledger.drained.volume += out.volume;
-        self.mass += poured - out.mass;
+        let drained = std::iter::once(&mut self.ledger.drained).chain(&mut self.ledger.drained_of);
+        for (drained, out) in drained.zip(&out) {
+            drained.mass += out.mass;
+            drained.volume += out.volume;
+        }
+        self.mass += poured - out[0].mass;
     }
 
     /// Lets the fluid build up structure and lose it by shear.
@@ -486,7 +496,8 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             "swept": self.ledger.swept,
             "poured": self.ledger.poured,
             "pressed": self.ledger.pressed,
-            "drained": [[self.ledger.drained.mass, self.ledger.drained.volume]],
+            "drained": std::iter::once(&self.ledger.drained).chain(&self.ledger.drained_of)
+                .map(|out| [out.mass, out.volume]).collect::<Vec<_>>(),
             "rises": self.grid.rises(),
             "inflow": self.inflow.iter().map(|inflow| [inflow.whole, inflow.volume]).collect::<Vec<_>>(),
         });
@@ -530,13 +541,18 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         let pairs = |name: &str| -> Result<Vec<[f64; 2]>, RestoreError> {
             serde_json::from_value(state.header[name].clone()).map_err(|_| missing(name))
         };
-        let [drained] = pairs("drained")?[..] else { return Err(missing("drained")) };
+        let drained = pairs("drained")?.into_iter().map(|[mass, volume]| Amount { mass, volume });
+        let drained: Vec<Amount> = drained.collect();
+        if drained.len() != 1 + self.ledger.drained_of.len() {
+            return Err(missing("drained"));
+        }
         let ledger = Ledger {
             stranded: count("stranded")?,
             waiting: number("waiting")?,
             swept: number("swept")?,
             poured: number("poured")?,
-            drained: Amount { mass: drained[0], volume: drained[1] },
+            drained: drained[0],
+            drained_of: drained[1..].to_vec(),
             pressed: number("pressed")?,
         };
         let inflow: Vec<Inflow> =

@@ -39,6 +39,8 @@ pub(crate) struct Ledger {
     pub(crate) poured: f64,
     /// What has left (module `outlet`).
     pub(crate) drained: Amount,
+    /// How much of that was of each batch.
+    pub(crate) drained_of: Vec<Amount>,
     /// Mass given to the fluid, or taken from it, so that it keeps its volume.
     pub(crate) pressed: f64,
 }

@@ -102,6 +102,7 @@ impl Simulation for Cake {
             shear_rate: vec![0.0; number],
             stress: vec![0.0; number],
             solid: vec![0; number],
+            cage: None,
             density: 2300.0,
             domain: [DVec3::ZERO, DVec3::new(0.4, 0.4, 0.08)],
             symmetry: [[true, false], [true, false], [false; 2]],
@@ -114,9 +115,11 @@ impl Simulation for Cake {
                 time: self.time,
                 fluid: Fluid::Cells(nothing),
                 solids: Vec::new(),
+                cages: Vec::new(),
                 walls: WallLoads::default(),
                 inflow: Vec::new(),
                 outflow: None,
+                batches_out: Vec::new(),
             };
         }
         let radius = Self::radius(self.time);
@@ -140,9 +143,11 @@ impl Simulation for Cake {
             time: self.time,
             fluid: Fluid::Cells(cells),
             solids: Vec::new(),
+            cages: Vec::new(),
             walls: WallLoads::default(),
             inflow: Vec::new(),
             outflow: None,
+            batches_out: Vec::new(),
         }
     }
 
