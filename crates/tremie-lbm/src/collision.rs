@@ -94,6 +94,23 @@ impl<T: Number> Moments<T> {
     }
 }
 
+/// What drives a cell.
+#[derive(Clone, Copy)]
+pub(crate) struct Drive<T> {
+    /// Acceleration, which the mass that the cell holds weighs by.
+    pub(crate) gravity: [T; 3],
+    /// Force of its own.
+    pub(crate) push: [T; 3],
+}
+
+impl<T: Number> Drive<T> {
+    /// Nothing but the weight. (What -0 is added to stays what it is, so that the compiler leaves that out; 0 would make 0 of -0.)
+    #[inline(always)]
+    pub(crate) fn by_weight(gravity: [T; 3]) -> Self {
+        Self { gravity, push: by_axis(|_| T::from_f64(-0.0)) }
+    }
+}
+
 /// How much of a cell holds fluid.
 #[derive(Clone, Copy)]
 pub(crate) enum Held<T> {
@@ -166,9 +183,9 @@ fn product<T: Number>(u: [T; 3], v: [T; 3]) -> [T; 6] {
     product
 }
 
-/// Moments of the populations `f` under the acceleration `gravity`, which the fill weighs.
+/// Moments of the populations `f` of a cell that is driven.
 #[inline(always)]
-pub(crate) fn moments<T: Number>(f: &[T; Q], held: Held<T>, gravity: [T; 3]) -> Moments<T> {
+pub(crate) fn moments<T: Number>(f: &[T; Q], held: Held<T>, drive: Drive<T>) -> Moments<T> {
     let sum = |p: usize| f[2 * p + 1] + f[2 * p + 2];
     let difference = |p: usize| f[2 * p + 1] - f[2 * p + 2];
     let mut second = [sum(0), sum(1), sum(2), T::ZERO, T::ZERO, T::ZERO];
@@ -186,7 +203,7 @@ pub(crate) fn moments<T: Number>(f: &[T; Q], held: Held<T>, gravity: [T; 3]) -> 
     let density = T::ONE + excess_density;
     let inverse = T::ONE / density;
     let [fill, resistance] = held.fill_and_resistance(density);
-    let force = by_axis(|a| gravity[a] * density * fill);
+    let force = by_axis(|a| drive.gravity[a] * density * fill + drive.push[a]);
     let half = by_axis(|a| T::from_f64(0.5) * force[a]);
     let velocity = by_axis(|a| (momentum[a] + half[a]) * inverse);
     // rho u u - (u F + F u)/2, as rho u - F is the momentum less half the force.
@@ -207,11 +224,11 @@ pub(crate) fn moments<T: Number>(f: &[T; Q], held: Held<T>, gravity: [T; 3]) -> 
 pub(crate) fn collide<T: Number, R: Relaxation<T>>(
     f: &[T; Q],
     held: Held<T>,
-    gravity: [T; 3],
+    drive: Drive<T>,
     law: &R,
     least_odd: T,
 ) -> ([T; Q], T) {
-    let m = moments(f, held, gravity);
+    let m = moments(f, held, drive);
     let omega = m.omega(law);
     let two = T::from_f64(2.0);
     // 1/omega_odd = 1/2 + magic/(1/omega - 1/2), multiplied out so that omega = 0 is no special case.
@@ -238,11 +255,11 @@ pub(crate) fn collide<T: Number, R: Relaxation<T>>(
 pub(crate) fn rescale<T: Number, R: Relaxation<T>>(
     f: &[T; Q],
     held: Held<T>,
-    gravity: [T; 3],
+    drive: Drive<T>,
     law: &R,
     factor: T,
 ) -> ([T; Q], T) {
-    let m = moments(f, held, gravity);
+    let m = moments(f, held, drive);
     let half = T::from_f64(0.5);
     let rate = m.omega(law) * m.q;
     let square = factor * factor;
@@ -328,7 +345,7 @@ mod tests {
     use super::*;
     use crate::relaxation::Bingham;
 
-    const GRAVITY: [f64; 3] = [2e-5, -1e-5, -3e-5];
+    const DRIVE: Drive<f64> = Drive { gravity: [2e-5, -1e-5, -3e-5], push: [-1e-5, 3e-5, 2e-5] };
 
     /// Some populations near equilibrium.
     fn populations() -> [f64; Q] {
@@ -339,12 +356,12 @@ mod tests {
     #[test]
     fn mass_is_kept_and_momentum_gains_the_force() {
         let before = populations();
-        let (after, density) = collide(&before, Held::Whole, GRAVITY, &Bingham::new(1e-4, 0.1), 0.0);
+        let (after, density) = collide(&before, Held::Whole, DRIVE, &Bingham::new(1e-4, 0.1), 0.0);
         let (r0, j0) = density_and_momentum(&before);
         let (r1, j1) = density_and_momentum(&after);
         assert!((r0 - r1).abs() < 1e-15 && (density - 1.0 - r0).abs() < 1e-15);
         for a in 0..3 {
-            assert!((j1[a] - j0[a] - density * GRAVITY[a]).abs() < 1e-15);
+            assert!((j1[a] - j0[a] - density * DRIVE.gravity[a] - DRIVE.push[a]).abs() < 1e-15);
         }
     }
 
@@ -352,9 +369,9 @@ mod tests {
     fn stress_relaxes_with_omega_and_the_trace_at_once() {
         let before = populations();
         let law = Bingham::new(1e-4, 0.1);
-        let m0 = moments(&before, Held::Whole, [0.0; 3]);
-        let (after, _) = collide(&before, Held::Whole, [0.0; 3], &law, 0.0);
-        let m1 = moments(&after, Held::Whole, [0.0; 3]);
+        let m0 = moments(&before, Held::Whole, Drive::by_weight([0.0; 3]));
+        let (after, _) = collide(&before, Held::Whole, Drive::by_weight([0.0; 3]), &law, 0.0);
+        let m1 = moments(&after, Held::Whole, Drive::by_weight([0.0; 3]));
         let omega = law.omega(m0.q);
         assert!(omega > 0.1 && omega < 1.9);
         for n in 0..6 {
@@ -371,7 +388,7 @@ mod tests {
     fn equilibrium_stays() {
         let before = equilibrium::<f64>(0.004, [0.02, -0.03, 0.01]);
         for law in [Bingham::new(0.0, 0.1), Bingham::new(1e-4, 0.1)] {
-            let (after, _) = collide(&before, Held::Whole, [0.0; 3], &law, 0.0);
+            let (after, _) = collide(&before, Held::Whole, Drive::by_weight([0.0; 3]), &law, 0.0);
             for i in 0..Q {
                 assert!((after[i] - before[i]).abs() < 1e-16);
             }
@@ -384,12 +401,13 @@ mod tests {
         let before = populations();
         let law = Bingham::new(1e-4, 0.1);
         let held = Held::Partly { mass: 0.4, least: 0.1 };
-        let (after, _) = collide(&before, held, GRAVITY, &law, 0.0);
+        let (after, _) = collide(&before, held, DRIVE, &law, 0.0);
         for flip in 0..8usize {
             let mirrored: [f64; Q] = std::array::from_fn(|i| before[usize::from(MIRROR[flip][i])]);
             let sign = |a: usize| if flip >> a & 1 == 1 { -1.0 } else { 1.0 };
-            let gravity = [0, 1, 2].map(|a| sign(a) * GRAVITY[a]);
-            let (other, _) = collide(&mirrored, held, gravity, &law, 0.0);
+            let of = |v: [f64; 3]| [0, 1, 2].map(|a| sign(a) * v[a]);
+            let drive = Drive { gravity: of(DRIVE.gravity), push: of(DRIVE.push) };
+            let (other, _) = collide(&mirrored, held, drive, &law, 0.0);
             for i in 0..Q {
                 assert!((other[i] - after[usize::from(MIRROR[flip][i])]).abs() < 1e-16);
             }

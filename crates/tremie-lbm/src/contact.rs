@@ -45,7 +45,7 @@ use crate::rows::SurfaceRow;
 use crate::slanted::{self, Sheared};
 use crate::solids::{Contact, Contacts};
 use crate::source::Source;
-use crate::together::Physics;
+use crate::together::{Own, Physics};
 use crate::topology::CELLS;
 
 /// What keeps the velocity of a sliding wall from directions in which hardly a link points.
@@ -82,7 +82,7 @@ impl<T: Real> Source<'_, T> {
         first: usize,
         contacts: &Contacts,
         physics: &Physics<T, R>,
-        own: &R::Own,
+        own: &Own<'_, T, R>,
         fill: &Fill<T>,
         f: &mut [Lanes<T>; Q],
         mass: &mut [f64; CELLS],
@@ -106,7 +106,10 @@ impl<T: Real> Source<'_, T> {
                     slides = true;
                     let momentum: DVec3 = (1..Q).map(|i| vector(i) * leaving[i]).sum();
                     let fill = if interface { fill[(0, cell)].to_f64().clamp(0.0, 1.0) } else { 1.0 };
-                    let velocity = momentum / density - 0.5 * fill * gravity;
+                    let push = own
+                        .push
+                        .map_or(DVec3::ZERO, |push| DVec3::from([0, 1, 2].map(|a| push[k][a].to_f64())));
+                    let velocity = momentum / density - 0.5 * (fill * gravity + push);
                     let entering = contact.links().map(|i| (i, leaving[opposite(i)]));
                     // In an edge with another wall the fluid does not slide towards that.
                     let shut = |a: usize| (row.solid[2 * a + 1] | row.solid[2 * a + 2]) >> k & 1 == 1;
@@ -118,7 +121,7 @@ impl<T: Real> Source<'_, T> {
                         let fluid = Sheared { leaving: &leaving, density, velocity };
                         wall =
                             contact.velocity + contact.normal * (wall - contact.velocity).dot(contact.normal);
-                        let law = &physics.law.cell(own, k);
+                        let law = &physics.law.cell(&own.law, k);
                         rubbed = Some(slanted::sliding(contact, &fluid, wall, friction, law));
                     }
                 }

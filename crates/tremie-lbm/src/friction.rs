@@ -31,7 +31,7 @@ use crate::rows::SurfaceRow;
 use crate::scaling::Scaling;
 use crate::solids::{Contact, Contacts, Touching};
 use crate::source::Source;
-use crate::together::{Physics, Populations};
+use crate::together::{Own, Physics, Populations};
 use crate::topology::ROWS;
 use crate::wall::{FACES, SLANTED, sliding_velocity, tangents};
 
@@ -129,7 +129,7 @@ impl<T: Real> Source<'_, T> {
         row: &SurfaceRow,
         contacts: &Contacts,
         physics: &Physics<T, R>,
-        own: &R::Own,
+        own: &Own<'_, T, R>,
         held: Held<Lanes<T>>,
         f: &mut Populations<T>,
         slides: &mut [u8; 6],
@@ -146,12 +146,12 @@ impl<T: Real> Source<'_, T> {
                 };
                 let sign = T::from_f64(-f64::from(normal));
                 let leaving: [T; Q] = std::array::from_fn(|i| self.own[(i, first + k)]);
-                let law = &physics.law.cell(own, k);
+                let law = &physics.law.cell(&own.law, k);
                 let speed = |stress: T| friction.speed(stress, law);
                 let mut sliding = None;
                 for _ in 0..TURNS {
                     let arriving: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
-                    let m = moments(&arriving, held.of(k), physics.gravity);
+                    let m = moments(&arriving, held.of(k), physics.drive(own, k));
                     let none = [T::ZERO; 2];
                     let (mut stress, mut left, mut taken, mut force) = (none, none, none, none);
                     for (n, t) in tangents(axis).into_iter().enumerate() {

@@ -4,6 +4,7 @@
 //! writes only itself and no order of work can change the result. Everything else is kept once.
 
 use crate::carried::Carried;
+use crate::immersed::Immersed;
 use crate::inlet::Inlets;
 use crate::lattice::{C, Q};
 use crate::real::Real;
@@ -108,6 +109,8 @@ pub(crate) struct Grid<T: Real> {
     pub(crate) mass: Vec<Box<[f64; CELLS]>>,
     /// What the fluid carries along.
     pub(crate) carried: Carried,
+    /// What inclusions see of the fluid and do to it.
+    pub(crate) immersed: Immersed<T>,
     /// Blocks whose surroundings changed since their rows were last sorted into bulk and surface.
     pub(crate) stale: Vec<bool>,
     /// Cells that hold fluid.
@@ -115,7 +118,13 @@ pub(crate) struct Grid<T: Real> {
 }
 
 impl<T: Real> Grid<T> {
-    pub(crate) fn new(topology: Topology, solids: Solids, inlets: Inlets, carried: Carried) -> Self {
+    pub(crate) fn new(
+        topology: Topology,
+        solids: Solids,
+        inlets: Inlets,
+        carried: Carried,
+        immersed: Immersed<T>,
+    ) -> Self {
         let blocks = topology.blocks.iter().product();
         let mut grid = Self {
             topology,
@@ -132,6 +141,7 @@ impl<T: Real> Grid<T> {
             shape: Vec::new(),
             mass: Vec::new(),
             carried,
+            immersed,
             stale: Vec::new(),
             wet: 0,
         };
@@ -154,6 +164,7 @@ impl<T: Real> Grid<T> {
         self.shape.push(bytemuck::allocation::zeroed_box());
         self.mass.push(bytemuck::allocation::zeroed_box());
         self.carried.push();
+        self.immersed.push_slot();
         self.stale.push(false);
         (self.used.len() - 1) as u32
     }
@@ -206,6 +217,7 @@ impl<T: Real> Grid<T> {
         *self.front[slot] = bytemuck::Zeroable::zeroed();
         *self.fills[slot] = bytemuck::Zeroable::zeroed();
         *self.mass[slot] = [0.0; CELLS];
+        self.immersed.clear(slot);
         self.links[slot].steps = [0, 1, 2].map(|a| self.topology.steps(place[a], a));
         self.links[slot].last = last[0] as u8;
         self.links[slot].place = place.map(|p| p as u32);
@@ -266,7 +278,7 @@ impl<T: Real> Grid<T> {
     /// An empty grid of the same case with its blocks in the same slots as saved by [`Grid::layout`]; `None` if these are impossible.
     pub(crate) fn restored(&self, places: &[u32], free: &[u32]) -> Option<Self> {
         let (solids, inlets, carried) = (self.solids.clone(), self.inlets.clone(), self.carried.emptied());
-        let mut grid = Self::new(self.topology.clone(), solids, inlets, carried);
+        let mut grid = Self::new(self.topology.clone(), solids, inlets, carried, self.immersed.emptied());
         for place in places.chunks_exact(3) {
             let slot = grid.push() as usize;
             if place == [u32::MAX; 3] {
@@ -339,6 +351,9 @@ impl<T: Real> Grid<T> {
             + size_of::<[f64; CELLS]>()
             + size_of::<[Kinds; ROWS]>()
             + size_of::<Links>();
-        self.len() * block + self.carried.bytes() + self.slot_of.len() * size_of::<u32>()
+        self.len() * block
+            + self.carried.bytes()
+            + self.immersed.bytes()
+            + self.slot_of.len() * size_of::<u32>()
     }
 }

@@ -20,6 +20,7 @@ mod contact;
 mod fluid;
 mod friction;
 mod grid;
+mod immersed;
 mod initial;
 mod inlet;
 mod lanes;

@@ -18,12 +18,14 @@
 //! sideways meanwhile. Both are met to second order by the wet share of the slab's middle, the plane moved on by half a
 //! step along the face: a share of an area, with squares in place of cubes.
 
+use crate::collision::Drive;
 use crate::grid::{SHARE, Shape, VELOCITY};
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, Q, each_pair};
-use crate::real::{Number, Real, larger, smaller};
+use crate::real::{Number, Real, by_axis, larger, smaller};
 use crate::rows::SurfaceRow;
 use crate::source::{Fills, Source};
+use crate::together::{Driving, Populations, Pushed, Weight};
 use crate::topology::ROWS;
 
 /// The 27 cells around (and with) a cell, x fastest.
@@ -175,15 +177,14 @@ fn shares<T: Real>(normal: [Lanes<T>; 3], fill: Lanes<T>, velocity: [Lanes<T>; 3
     shares
 }
 
-/// Velocity of the cells of a row before their populations move.
+/// Velocity of the cells of a row in the middle of the step that left these populations, so driven.
 #[inline(always)]
-fn velocities<T: Real>(
-    source: &Source<'_, T>,
+pub(crate) fn velocities<T: Real>(
+    f: &Populations<T>,
     fill: Lanes<T>,
-    first: usize,
-    gravity: [T; 3],
+    drive: Drive<Lanes<T>>,
 ) -> [Lanes<T>; 3] {
-    let load = |i: usize| source.own(i, first);
+    let load = |i: usize| f[i];
     let all = Lanes::<T>::from_f64;
     let (zero, one) = (all(0.0), all(1.0));
     let mut excess = load(0);
@@ -202,12 +203,9 @@ fn velocities<T: Real>(
     });
     let inverse = one / (one + excess);
     // Half of the force that the collision gave, weighed by the fill as there.
-    let half = Lanes::from_f64(0.5) * smaller(over(fill), one);
-    let mut u = [zero; 3];
-    for axis in 0..3 {
-        u[axis] = j[axis] * inverse - half * Lanes::splat(gravity[axis]);
-    }
-    u
+    let half = Lanes::from_f64(0.5);
+    let fill = smaller(over(fill), one);
+    by_axis(|a| j[a] * inverse - half * (fill * drive.gravity[a] + drive.push[a] * inverse))
 }
 
 /// The fills around the cells of a row; beyond a wall the surface goes on mirrored.
@@ -251,7 +249,12 @@ pub(crate) fn reconstruct<T: Real>(
     shape: &mut Shape<T>,
 ) {
     let first = (usize::from(row.row) & (ROWS - 1)) * LANES;
-    let velocity = velocities(source, fills.own.lanes(0, first), first, gravity);
+    let f = std::array::from_fn(|i| source.own(i, first));
+    let drive = match source.push(first) {
+        None => Weight(gravity).row(0),
+        Some(push) => Pushed::new(gravity, [push; 2]).row(0),
+    };
+    let velocity = velocities(&f, fills.own.lanes(0, first), drive);
     for axis in 0..3 {
         shape.put(VELOCITY + axis, first, velocity[axis]);
     }

@@ -10,6 +10,7 @@ use crate::carried::Carried;
 use crate::fluid::Fluid;
 use crate::friction::Friction;
 use crate::grid::{Grid, Kinds};
+use crate::immersed::Immersed;
 use crate::initial::{centre, region_at};
 use crate::inlet::{Inflow, Inlets};
 use crate::lattice::Q;
@@ -101,7 +102,8 @@ fn grid<T: Real>(case: &Case, scaling: &Scaling) -> Grid<T> {
     };
     let structured = case.material.thixotropy.is_some();
     let carried = Carried::new(batches.len(), structured, case.inlets.iter().map(inflow).collect());
-    Grid::new(topology(case, scaling), Solids::new(case, scaling), Inlets::new(case), carried)
+    let immersed = Immersed::new(false);
+    Grid::new(topology(case, scaling), Solids::new(case, scaling), Inlets::new(case), carried, immersed)
 }
 
 /// What drives and resists, for a length of the time step.

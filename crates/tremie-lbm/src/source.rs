@@ -1,6 +1,7 @@
 //! What the work on one block reads: its own values and those of the blocks around it, row by row.
 
 use crate::grid::Field;
+use crate::immersed::Vectors;
 use crate::inlet::Inlets;
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, MIRROR, Q, each_pair};
@@ -99,6 +100,8 @@ pub(crate) struct Source<'a, T: Real> {
     pub(crate) rubs: bool,
     /// The structure in the block's cells; of no length where the fluid has none.
     pub(crate) structure: &'a [f64],
+    /// Forces on the block's cells, where any push.
+    pushes: Option<&'a Vectors<T>>,
 }
 
 impl<'a, T: Real> Source<'a, T> {
@@ -127,12 +130,19 @@ impl<'a, T: Real> Source<'a, T> {
             special,
             rubs,
             structure: &[],
+            pushes: None,
         }
     }
 
-    /// The same with the structure in the block's cells.
-    pub(crate) fn with(self, structure: &'a [f64]) -> Self {
-        Self { structure, ..self }
+    /// The same with the structure in the block's cells, and the forces on them.
+    pub(crate) fn with(self, structure: &'a [f64], pushes: Option<&'a Vectors<T>>) -> Self {
+        Self { structure, pushes, ..self }
+    }
+
+    /// Forces on the cells of a row, where any push.
+    #[inline(always)]
+    pub(crate) fn push(&self, first: usize) -> Option<&'a [[T; 4]; LANES]> {
+        self.pushes.map(|pushes| pushes.row(first / LANES))
     }
 
     /// Populations arriving in a row from the cells around it, whatever these are.

@@ -19,16 +19,19 @@ use rayon::prelude::*;
 use crate::ahead::Ahead;
 use crate::collision::{COMPONENT, Held, LEAST_RESISTANCE, Moments, moments};
 use crate::grid::{Field, Fill, Grid, Kinds, SHARE, Shape, VELOCITY};
+use crate::immersed::Vectors;
 use crate::lanes::{LANES, Lanes, bits};
 use crate::lattice::{C, Q, W, each_pair, opposite};
 use crate::loads::Loads;
-use crate::plane::reconstruct;
+use crate::plane::{reconstruct, velocities};
 use crate::processor::for_this_processor;
-use crate::real::{Number, Real, by_axis, larger};
+use crate::real::{Number, Real, by_axis, larger, smaller};
 use crate::relaxation::{Law, Relaxation};
 use crate::rows::{BulkRow, Rows, SurfaceRow};
 use crate::source::{Fills, Shapes, Source};
-use crate::together::{Pair, Physics, Populations, collide_pair_here, collide_partly_here, rescale_row};
+use crate::together::{
+    Own, Pair, Physics, Populations, Pushed, Weight, collide_pair_here, collide_partly_here, rescale_row,
+};
 use crate::topology::{CELLS, ROWS};
 use crate::transport::gains;
 use crate::values::written;
@@ -84,6 +87,8 @@ struct Block<'a, T> {
     back: &'a mut Field<T>,
     fill: &'a mut Fill<T>,
     mass: &'a mut [f64; CELLS],
+    /// What inclusions will see, where there are any.
+    seen: Option<&'a mut Vectors<T>>,
 }
 
 impl<T: Real> Held<Lanes<T>> {
@@ -153,7 +158,7 @@ impl<'a, T: Real> Source<'a, T> {
         &self,
         row: &SurfaceRow,
         physics: &Physics<T, R>,
-        own: &R::Own,
+        own: &Own<'_, T, R>,
         held: Held<Lanes<T>>,
         slides: [u8; 6],
         f: &mut Populations<T>,
@@ -166,7 +171,7 @@ impl<'a, T: Real> Source<'a, T> {
             }
             let (axis, normal) = FACES[face];
             let [[a, b], [c, d]] = SLANTED[face];
-            let m = moments(f, held, by_axis(|a| Lanes::splat(physics.gravity[a])));
+            let m = moments(f, held, physics.drive_row(own));
             let normal = Lanes::from_f64(-f64::from(normal));
             let [t, s] = tangents(axis);
             let stress = [normal * m.stress[COMPONENT[axis][t]], normal * m.stress[COMPONENT[axis][s]]];
@@ -175,7 +180,7 @@ impl<'a, T: Real> Source<'a, T> {
                 f[to] + self.own(opposite(to), first) - f[from] - self.own(opposite(from), first)
             };
             let force = [m.force[t], m.force[s]];
-            let law = physics.law.row(own);
+            let law = physics.law.row(&own.law);
             let velocity = wall_velocity(&m, stress, [taken(a, b), taken(c, d)], force, &law);
             let weight = Lanes::from_f64(1.0 / 6.0).only(flat);
             let push = [weight * velocity[0], weight * velocity[1]];
@@ -204,7 +209,7 @@ impl<'a, T: Real> Source<'a, T> {
         surface: &Shapes<'_, T>,
         row: &SurfaceRow,
         physics: &Physics<T, R>,
-        own: &R::Own,
+        own: &Own<'_, T, R>,
         f: &mut Populations<T>,
         fill: &Fill<T>,
         mass: &mut [f64; CELLS],
@@ -255,7 +260,7 @@ impl<'a, T: Real> Source<'a, T> {
         if self.rubs {
             self.slide_at_walls(row, &contacts, physics, own, held.into(), f, &mut slides);
         }
-        if !physics.law.row(own).is_newtonian() {
+        if !physics.law.row(&own.law).is_newtonian() {
             self.yield_at_walls(row, physics, own, held.into(), slides, f);
         }
         (held, gain)
@@ -281,7 +286,7 @@ fn step_bulk<T: Real, R: Law<T>>(
     ahead: &Ahead<'_, T>,
     physics: &Physics<T, R>,
     past_caches: bool,
-    back: &mut Field<T>,
+    block: &mut Block<'_, T>,
     findings: &mut Findings,
 ) {
     let (mut f, mut to): (Pair<T>, Pair<T>) = (bytemuck::Zeroable::zeroed(), bytemuck::Zeroable::zeroed());
@@ -292,12 +297,24 @@ fn step_bulk<T: Real, R: Law<T>>(
         }
         let mut density = [[T::ONE; LANES]; 2];
         let own = [&pair[0], &pair[pair.len() - 1]];
-        let own = own.map(|row| physics.law.own(source.structure, first_of(row.row)));
-        collide_pair_here(&f, &own, physics, &mut to, &mut density);
+        let own = own.map(|row| physics.own(source, first_of(row.row)));
+        let laws = [own[0].law, own[1].law];
+        match [own[0].push, own[1].push] {
+            [Some(a), Some(b)] => {
+                let driving = Pushed::new(physics.gravity, [a, b]);
+                collide_pair_here(&f, &laws, &driving, physics, &mut to, &mut density);
+            }
+            _ => collide_pair_here(&f, &laws, &Weight(physics.gravity), physics, &mut to, &mut density),
+        }
         for (half, row) in pair.iter().enumerate() {
             let post = |i: usize| to.0[i][half];
-            back.put_row(usize::from(row.row), post, past_caches);
+            block.back.put_row(usize::from(row.row), post, past_caches);
             look_over(row.row, Lanes(density[half]), findings);
+            if let Some(seen) = &mut block.seen {
+                let post = std::array::from_fn(|i| Lanes(post(i)));
+                let velocity = velocities(&post, Lanes::ONE, physics.drive_row(&own[half]));
+                seen.put(usize::from(row.row), velocity, Lanes::ONE);
+            }
         }
     }
 }
@@ -374,14 +391,13 @@ fn step_block<T: Real, R: Law<T>>(
     block: &mut Block<'_, T>,
     findings: &mut Findings,
 ) {
-    let Block { back, fill, mass } = block;
     match change {
-        None => step_bulk(source, &rows.bulk, ahead, physics, past_caches, back, findings),
+        None => step_bulk(source, &rows.bulk, ahead, physics, past_caches, block, findings),
         Some(factor) => {
             for row in &rows.bulk {
                 let f = source.arriving(&row.beside);
-                let to = back.row_mut(usize::from(row.row));
-                let own = physics.law.own(source.structure, first_of(row.row));
+                let to = block.back.row_mut(usize::from(row.row));
+                let own = physics.own(source, first_of(row.row));
                 let density = rescale_row(&f, Held::Whole, &own, physics, factor, to);
                 look_over(row.row, density, findings);
             }
@@ -390,22 +406,37 @@ fn step_block<T: Real, R: Law<T>>(
     for (n, row) in rows.surface.iter().enumerate() {
         ahead.ask(rows.bulk.len() + n);
         let mut f = source.arriving(&row.beside);
-        let own = physics.law.own(source.structure, first_of(row.row));
+        let own = physics.own(source, first_of(row.row));
         let (held, gain) =
-            source.surface(surface, row, physics, &own, &mut f, fill, mass, &mut findings.swept);
-        let to = back.row_mut(usize::from(row.row));
+            source.surface(surface, row, physics, &own, &mut f, block.fill, block.mass, &mut findings.swept);
+        let to = block.back.row_mut(usize::from(row.row));
         let mut density = Lanes::ONE;
         match change {
-            None => collide_partly_here(&f, &held, &own, physics, to, &mut density),
+            None => match own.push {
+                Some(push) => {
+                    let driving = Pushed::new(physics.gravity, [push; 2]);
+                    collide_partly_here(&f, &held, &own.law, &driving, physics, to, &mut density);
+                }
+                None => {
+                    let driving = Weight(physics.gravity);
+                    collide_partly_here(&f, &held, &own.law, &driving, physics, to, &mut density);
+                }
+            },
             Some(factor) => density = rescale_row(&f, held.into(), &own, physics, factor, to),
         }
         look_over(row.row, density, findings);
+        if let Some(seen) = &mut block.seen {
+            let first = first_of(row.row);
+            let fill = smaller(held[0] / density, Lanes::ONE).only(row.kinds.wet());
+            let post = std::array::from_fn(|i| block.back.lanes(i, first));
+            seen.put(usize::from(row.row), velocities(&post, fill, physics.drive_row(&own)), fill);
+        }
         if row.kinds.interface == 0 {
             continue;
         }
-        judge(row, &gain, density, mass, fill, findings);
+        judge(row, &gain, density, block.mass, block.fill, findings);
         if row.any_solid & row.any_air != 0 {
-            reach(row, fill.lanes(0, first_of(row.row)), surface.own, findings);
+            reach(row, block.fill.lanes(0, first_of(row.row)), surface.own, findings);
         }
     }
     ahead.ask_rest(rows.bulk.len() + rows.surface.len());
@@ -466,21 +497,28 @@ impl<T: Real> Grid<T> {
         findings.resize(self.len(), Findings::default());
         let past_caches = self.slots().count() * 2 * size_of::<Field<T>>() > CACHES;
         let Self { topology, solids, inlets, links, front, back, fills, shape, mass, carried, .. } = self;
-        (back.par_iter_mut(), fills.par_iter_mut(), mass.par_iter_mut(), findings.par_iter_mut())
+        let (seen, pushes) = self.immersed.split();
+        (
+            back.par_iter_mut(),
+            fills.par_iter_mut(),
+            mass.par_iter_mut(),
+            seen.par_iter_mut(),
+            findings.par_iter_mut(),
+        )
             .into_par_iter()
             .enumerate()
             .skip(2)
-            .for_each(|(slot, (back, fill, mass, findings))| {
+            .for_each(|(slot, (back, fill, mass, seen, findings))| {
                 if findings.any {
                     *findings = Findings::default();
                 }
                 findings.swept = 0.0;
                 if !rows[slot].is_empty() {
                     let source = Source::new(topology, solids, inlets, &links[slot], front, slot)
-                        .with(carried.structure(slot));
+                        .with(carried.structure(slot), pushes[slot].as_deref());
                     let surface = Shapes::new(&links[slot], shape, slot);
                     let ahead = Ahead::of(slot, rows, links, front, shape);
-                    let mut block = Block { back, fill, mass };
+                    let mut block = Block { back, fill, mass, seen: seen.as_deref_mut() };
                     step_block_here(
                         &source,
                         &surface,
@@ -520,23 +558,24 @@ impl<T: Real> Grid<T> {
         mut loads: Option<&mut Loads>,
         mut see: impl FnMut(usize, &Moments<T>, T),
     ) {
-        let Self { topology, solids, inlets, links, front, fills, shape, carried, .. } = self;
+        let Self { topology, solids, inlets, links, front, fills, shape, carried, immersed, .. } = self;
         let fill = &fills[slot];
-        let source =
-            Source::new(topology, solids, inlets, &links[slot], front, slot).with(carried.structure(slot));
+        let source = Source::new(topology, solids, inlets, &links[slot], front, slot)
+            .with(carried.structure(slot), immersed.pushes(slot));
         let surface = Shapes::new(&links[slot], shape, slot);
         let mut mass = self.mass[slot].clone();
         let mut swept = 0.0;
-        let mut show = |f: &Populations<T>, held: Held<Lanes<T>>, own: &R::Own, row: u8, kinds: Kinds| {
-            for k in (0..LANES).filter(|k| kinds.wet() >> k & 1 == 1) {
-                let f: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
-                let m = moments(&f, held.of(k), physics.gravity);
-                see(first_of(row) + k, &m, m.omega(&physics.law.cell(own, k)));
-            }
-        };
+        let mut show =
+            |f: &Populations<T>, held: Held<Lanes<T>>, own: &Own<'_, T, R>, row: u8, kinds: Kinds| {
+                for k in (0..LANES).filter(|k| kinds.wet() >> k & 1 == 1) {
+                    let f: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
+                    let m = moments(&f, held.of(k), physics.drive(own, k));
+                    see(first_of(row) + k, &m, m.omega(&physics.law.cell(&own.law, k)));
+                }
+            };
         for row in &rows.bulk {
             let (f, kinds) = (source.arriving(&row.beside), self.kinds[slot][usize::from(row.row)]);
-            let own = physics.law.own(source.structure, first_of(row.row));
+            let own = physics.own(&source, first_of(row.row));
             show(&f, Held::Whole, &own, row.row, kinds);
             if let Some(loads) = &mut loads {
                 source.bear(first_of(row.row), kinds.wet(), None, &f, loads);
@@ -544,7 +583,7 @@ impl<T: Real> Grid<T> {
         }
         for row in &rows.surface {
             let mut f = source.arriving(&row.beside);
-            let own = physics.law.own(source.structure, first_of(row.row));
+            let own = physics.own(&source, first_of(row.row));
             let (held, _) = source.surface(&surface, row, physics, &own, &mut f, fill, &mut mass, &mut swept);
             show(&f, held.into(), &own, row.row, row.kinds);
             if let Some(loads) = &mut loads {

@@ -3,14 +3,15 @@
 //! A collision is written for one cell (`collision`). The loops over cells are functions of their own, in which it is plain that nothing read
 //! is written: only then does the compiler do all cells in one run. Rows full of fluid go in pairs: sixteen numbers of 32 bits are one
 //! vector of AVX-512, and take half the instructions of two rows one after the other. Laws that are looked up in tables are asked by
-//! row instead ([`Law::BY_ROW`]). `own` is what the rows' flow curves have of their own ([`Law::own`]).
+//! row instead ([`Law::BY_ROW`]).
 
-use crate::collision::{Held, collide, rescale};
+use crate::collision::{Drive, Held, collide, rescale};
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::Q;
 use crate::processor::for_this_processor;
 use crate::real::{Number, Real, by_axis};
 use crate::relaxation::Law;
+use crate::source::Source;
 
 /// What drives the fluid and resists, in lattice units.
 #[derive(Debug, Clone, Copy)]
@@ -21,6 +22,91 @@ pub(crate) struct Physics<T, R> {
     pub(crate) law: R,
     /// Least relaxation rate of the odd moments.
     pub(crate) least_odd: T,
+}
+
+/// What the cells of a row have of their own.
+#[derive(Clone, Copy)]
+pub(crate) struct Own<'a, T: Real, R: Law<T>> {
+    /// Of the flow curve ([`Law::own`]).
+    pub(crate) law: R::Own,
+    /// Forces (module `immersed`), where any push.
+    pub(crate) push: Option<&'a [[T; 4]; LANES]>,
+}
+
+impl<T: Real, R: Law<T>> Physics<T, R> {
+    /// What the row whose first cell is `first` has of its own.
+    #[inline(always)]
+    pub(crate) fn own<'a>(&self, source: &Source<'a, T>, first: usize) -> Own<'a, T, R> {
+        Own { law: self.law.own(source.structure, first), push: source.push(first) }
+    }
+
+    /// What drives a row.
+    #[inline(always)]
+    pub(crate) fn drive_row(&self, own: &Own<'_, T, R>) -> Drive<Lanes<T>> {
+        match own.push {
+            None => Weight(self.gravity).row(0),
+            Some(push) => Pushed::new(self.gravity, [push; 2]).row(0),
+        }
+    }
+
+    /// What drives one of its cells.
+    #[inline(always)]
+    pub(crate) fn drive(&self, own: &Own<'_, T, R>, lane: usize) -> Drive<T> {
+        match own.push {
+            None => Weight(self.gravity).cell(0),
+            Some(push) => Drive { gravity: self.gravity, push: by_axis(|a| push[lane][a]) },
+        }
+    }
+}
+
+/// What drives the cells of a row or two: known to the compiler where it is nothing but their weight, the same everywhere.
+pub(crate) trait Driving<T: Real> {
+    /// The nth cell.
+    fn cell(&self, n: usize) -> Drive<T>;
+    /// The nth row.
+    fn row(&self, n: usize) -> Drive<Lanes<T>>;
+}
+
+/// By their weight, under this acceleration.
+pub(crate) struct Weight<T>(pub(crate) [T; 3]);
+
+impl<T: Real> Driving<T> for Weight<T> {
+    #[inline(always)]
+    fn cell(&self, _: usize) -> Drive<T> {
+        Drive::by_weight(self.0)
+    }
+
+    #[inline(always)]
+    fn row(&self, _: usize) -> Drive<Lanes<T>> {
+        Drive::by_weight(by_axis(|a| Lanes::splat(self.0[a])))
+    }
+}
+
+/// By their weight and by forces.
+pub(crate) struct Pushed<T> {
+    gravity: [T; 3],
+    push: [[[T; LANES]; 2]; 3],
+}
+
+impl<T: Real> Pushed<T> {
+    /// The cells of one row, twice, or of two.
+    #[inline(always)]
+    pub(crate) fn new(gravity: [T; 3], rows: [&[[T; 4]; LANES]; 2]) -> Self {
+        Self { gravity, push: by_axis(|a| rows.map(|row| row.map(|push| push[a]))) }
+    }
+}
+
+impl<T: Real> Driving<T> for Pushed<T> {
+    #[inline(always)]
+    fn cell(&self, n: usize) -> Drive<T> {
+        Drive { gravity: self.gravity, push: by_axis(|a| self.push[a].as_flattened()[n]) }
+    }
+
+    #[inline(always)]
+    fn row(&self, n: usize) -> Drive<Lanes<T>> {
+        let gravity = by_axis(|a| Lanes::splat(self.gravity[a]));
+        Drive { gravity, push: by_axis(|a| Lanes(self.push[a][n])) }
+    }
 }
 
 /// Populations of a row.
@@ -37,13 +123,13 @@ impl<T> From<[Lanes<T>; 2]> for Held<Lanes<T>> {
 pub(crate) fn rescale_row<T: Real, R: Law<T>>(
     f: &Populations<T>,
     held: Held<Lanes<T>>,
-    own: &R::Own,
+    own: &Own<'_, T, R>,
     physics: &Physics<T, R>,
     factor: T,
     to: &mut [[T; LANES]; Q],
 ) -> Lanes<T> {
-    let gravity = by_axis(|a| Lanes::splat(physics.gravity[a]));
-    let (post, density) = rescale(f, held, gravity, &physics.law.row(own), Lanes::splat(factor));
+    let law = physics.law.row(&own.law);
+    let (post, density) = rescale(f, held, physics.drive_row(own), &law, Lanes::splat(factor));
     for i in 0..Q {
         to[i] = post[i].0;
     }
@@ -57,20 +143,20 @@ pub(crate) struct Pair<T>(pub(crate) [[[T; LANES]; 2]; Q]);
 
 /// Collides the cells of two rows that hold nothing but fluid; the densities too.
 #[inline(always)]
-fn collide_pair<T: Real, R: Law<T>>(
+fn collide_pair<T: Real, R: Law<T>, D: Driving<T>>(
     f: &Pair<T>,
     own: &[R::Own; 2],
+    driving: &D,
     physics: &Physics<T, R>,
     to: &mut Pair<T>,
     density: &mut [[T; LANES]; 2],
 ) {
     if R::BY_ROW {
-        let gravity = by_axis(|a| Lanes::splat(physics.gravity[a]));
         let least_odd = Lanes::splat(physics.least_odd);
         for half in 0..2 {
             let f: Populations<T> = std::array::from_fn(|i| Lanes(f.0[i][half]));
-            let law = physics.law.row(&own[half]);
-            let (post, dense) = collide(&f, Held::Whole, gravity, &law, least_odd);
+            let (law, drive) = (physics.law.row(&own[half]), driving.row(half));
+            let (post, dense) = collide(&f, Held::Whole, drive, &law, least_odd);
             for i in 0..Q {
                 to.0[i][half] = post[i].0;
             }
@@ -81,8 +167,8 @@ fn collide_pair<T: Real, R: Law<T>>(
     // One by one, of which the compiler makes one run over all sixteen.
     for k in 0..2 * LANES {
         let f: [T; Q] = std::array::from_fn(|i| f.0[i].as_flattened()[k]);
-        let law = physics.law.cell(&own[k / LANES], k % LANES);
-        let (post, dense) = collide(&f, Held::Whole, physics.gravity, &law, physics.least_odd);
+        let (law, drive) = (physics.law.cell(&own[k / LANES], k % LANES), driving.cell(k));
+        let (post, dense) = collide(&f, Held::Whole, drive, &law, physics.least_odd);
         for i in 0..Q {
             to.0[i].as_flattened_mut()[k] = post[i];
         }
@@ -92,20 +178,20 @@ fn collide_pair<T: Real, R: Law<T>>(
 
 /// The same for one row, of cells that are held in part.
 #[inline(always)]
-fn collide_partly<T: Real, R: Law<T>>(
+fn collide_partly<T: Real, R: Law<T>, D: Driving<T>>(
     f: &Populations<T>,
     held: &[Lanes<T>; 2],
     own: &R::Own,
+    driving: &D,
     physics: &Physics<T, R>,
     to: &mut [[T; LANES]; Q],
     density: &mut Lanes<T>,
 ) {
     let [mass, least] = *held;
     if R::BY_ROW {
-        let gravity = by_axis(|a| Lanes::splat(physics.gravity[a]));
         let held = Held::Partly { mass, least };
-        let law = physics.law.row(own);
-        let (post, dense) = collide(f, held, gravity, &law, Lanes::splat(physics.least_odd));
+        let (law, drive) = (physics.law.row(own), driving.row(0));
+        let (post, dense) = collide(f, held, drive, &law, Lanes::splat(physics.least_odd));
         for i in 0..Q {
             to[i] = post[i].0;
         }
@@ -115,8 +201,8 @@ fn collide_partly<T: Real, R: Law<T>>(
     for k in 0..LANES {
         let f: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
         let held = Held::Partly { mass: mass.0[k], least: least.0[k] };
-        let law = physics.law.cell(own, k);
-        let (post, dense) = collide(&f, held, physics.gravity, &law, physics.least_odd);
+        let (law, drive) = (physics.law.cell(own, k), driving.cell(k));
+        let (post, dense) = collide(&f, held, drive, &law, physics.least_odd);
         for i in 0..Q {
             to[i][k] = post[i];
         }
@@ -126,9 +212,10 @@ fn collide_partly<T: Real, R: Law<T>>(
 
 for_this_processor! {
     /// [`collide_pair`] for the processor at hand.
-    pub(crate) collide_pair_here = collide_pair<T: Real, R: Law<T>>(
+    pub(crate) collide_pair_here = collide_pair<T: Real, R: Law<T>, D: Driving<T>>(
         f: &Pair<T>,
         own: &[R::Own; 2],
+        driving: &D,
         physics: &Physics<T, R>,
         to: &mut Pair<T>,
         density: &mut [[T; LANES]; 2]
@@ -137,10 +224,11 @@ for_this_processor! {
 
 for_this_processor! {
     /// [`collide_partly`] for the processor at hand.
-    pub(crate) collide_partly_here = collide_partly<T: Real, R: Law<T>>(
+    pub(crate) collide_partly_here = collide_partly<T: Real, R: Law<T>, D: Driving<T>>(
         f: &Populations<T>,
         held: &[Lanes<T>; 2],
         own: &R::Own,
+        driving: &D,
         physics: &Physics<T, R>,
         to: &mut [[T; LANES]; Q],
         density: &mut Lanes<T>
