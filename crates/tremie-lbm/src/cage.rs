@@ -15,7 +15,7 @@
 //! Drags are kept as tables, linear between speeds of which there are so many to each factor of two. A thixotropic fluid is a Bingham fluid with another yield
 //! stress in each cell, and the drag is homogeneous in stresses: `D(w; (1 + lambda) tau0) = (1 + lambda) D(w/(1 + lambda); tau0)`.
 
-use tremie_case::{Cage, Case, Course, Layer};
+use tremie_case::{Cage, Case, Layer};
 use tremie_geometry::share;
 use tremie_numerics::{DMat3, DVec3};
 use tremie_rheology::FlowCurve;
@@ -43,7 +43,8 @@ impl Drag {
         let unit = scaling.acceleration(1.0) / scaling.density;
         let at = |speed: f64| layer.grid.drag(curve, speed * scaling.velocity_unit()).map(|drag| drag * unit);
         let steps = (POWERS[1] - POWERS[0]) as usize * STEPS;
-        let speed = |n: usize| 2f64.powi(POWERS[0] + (n / STEPS) as i32) * (1.0 + (n % STEPS) as f64 / STEPS as f64);
+        let speed =
+            |n: usize| 2f64.powi(POWERS[0] + (n / STEPS) as i32) * (1.0 + (n % STEPS) as f64 / STEPS as f64);
         Self([0.0].into_iter().chain((0..=steps).map(speed)).map(at).collect())
     }
 
@@ -117,11 +118,6 @@ impl Cages {
     /// Without any blocks.
     pub(crate) fn emptied(&self) -> Self {
         Self { blocks: Vec::new(), ..self.clone() }
-    }
-
-    /// Number of cages.
-    pub(crate) fn count(&self) -> usize {
-        self.cages.len()
     }
 
     /// Goes on with another time step.
@@ -215,7 +211,7 @@ impl Block<'_> {
 
     /// Force of the bars on a cell.
     pub(crate) fn force(&self, links: &Links, cell: usize, arrived: &Arrived) -> DVec3 {
-        if self.share(cell) == 0.0 {
+        if self.share(cell) == 0.0 || arrived.fill == 0.0 {
             return DVec3::ZERO;
         }
         self.bars(links, cell, arrived.fill, arrived.growth).force(arrived)
@@ -290,7 +286,7 @@ impl Bars<'_> {
             return None;
         }
         // Without a yield stress nothing is held.
-        let mut below = if self.block.all.curve.yield_stress() > 0.0 { over(low) } else { -1.0 };
+        let mut below = if self.drag(None, low) == DMat3::ZERO { -1.0 } else { over(low) };
         if below >= 0.0 {
             return None;
         }

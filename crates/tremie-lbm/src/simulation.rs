@@ -6,6 +6,7 @@ use tremie_output::state::{Array, State};
 use tremie_simulation::{Breakdown, Load, RestoreError, Simulation, Snapshot};
 
 use crate::adapt::{INTERVAL, Look, Watch};
+use crate::cage::Cages;
 use crate::carried::Carried;
 use crate::fluid::Fluid;
 use crate::friction::Friction;
@@ -103,7 +104,8 @@ fn grid<T: Real>(case: &Case, scaling: &Scaling) -> Grid<T> {
     let structured = case.material.thixotropy.is_some();
     let carried = Carried::new(batches.len(), structured, case.inlets.iter().map(inflow).collect());
     let immersed = Immersed::new(false);
-    Grid::new(topology(case, scaling), Solids::new(case, scaling), Inlets::new(case), carried, immersed)
+    let (solids, inlets, cages) = (Solids::new(case, scaling), Inlets::new(case), Cages::new(case, scaling));
+    Grid::new(topology(case, scaling), solids, inlets, carried, immersed, cages)
 }
 
 /// What drives and resists, for a length of the time step.
@@ -321,6 +323,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         self.scaling.time_step *= factor;
         self.fluid = fluid(&self.case, &self.scaling);
         self.grid.topology = topology(&self.case, &self.scaling);
+        self.grid.cages.rescale(&self.scaling);
         self.grid.reweigh();
     }
 
@@ -569,6 +572,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         self.fluid = fluid(&self.case, &self.scaling);
         self.grid = grid;
         self.grid.topology = topology(&self.case, &self.scaling);
+        self.grid.cages.rescale(&self.scaling);
         self.rows.clear();
         self.findings.clear();
         self.arrange();

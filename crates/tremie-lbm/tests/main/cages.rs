@@ -1,0 +1,103 @@
+//! Cages: the drag of their bars, and the fluid that they hold.
+
+use tremie_case::Case;
+use tremie_numerics::DVec3;
+use tremie_rheology::bars::BarGrid;
+use tremie_simulation::Simulation;
+
+use crate::{advance, advanced, case, cells};
+
+const NEWTONIAN: &str = "newtonian.viscosity = \"30 Pa s\"";
+const BINGHAM: &str = "bingham = { yield_stress = \"50 Pa\", plastic_viscosity = \"30 Pa s\" }";
+const HERSCHEL_BULKLEY: &str =
+    "herschel_bulkley = { yield_stress = \"50 Pa\", consistency = \"30 Pa s^n\", index = 0.7 }";
+const UPRIGHT: &str = "direction = [0, 0, 1]";
+
+fn vector(v: DVec3, unit: &str) -> String {
+    format!("[\"{} {unit}\", \"{} {unit}\", \"{} {unit}\"]", v.x, v.y, v.z)
+}
+
+fn layer(course: &str) -> String {
+    format!("{{ {course}, diameter = \"10 mm\", spacing = \"50 mm\" }}")
+}
+
+/// A periodic box of 80 mm full of fluid in a cage, driven by an acceleration.
+fn full(fluid: &str, gravity: DVec3, velocity: DVec3, layers: &str) -> Case {
+    let gravity = vector(gravity, "m/s2");
+    let velocity = vector(velocity, "m/s");
+    let sides = ["x", "y", "z"].map(|a| format!("{a}_min = \"periodic\", {a}_max = \"periodic\"")).join(", ");
+    case(&format!(
+        "[material]\ndensity = \"2000 kg/m3\"\n{fluid}\n\
+         [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"80 mm\", \"80 mm\", \"80 mm\"]\ngravity = {gravity}\nsides = {{ {sides} }}\n\
+         [[fluid]]\nbox = {{ min = [\"-1 m\", \"-1 m\", \"-1 m\"], max = [\"1 m\", \"1 m\", \"1 m\"] }}\nvelocity = {velocity}\n\
+         [[cage]]\nbox = {{ min = [\"-1 m\", \"-1 m\", \"-1 m\"], max = [\"1 m\", \"1 m\", \"1 m\"] }}\nlayers = [{layers}]\n\
+         [lbm]\ncell_size = \"10 mm\"\nprecision = \"f64\"\ntime_step = \"0.5 ms\"\n"
+    ))
+}
+
+/// Speed of the fluid in the middle, and the load on the cage over the volume of the box.
+fn outcome(simulation: &dyn Simulation) -> (DVec3, DVec3) {
+    let cells = cells(simulation);
+    (cells.velocity[cells.index(4, 4, 4)], simulation.snapshot().cages[0].force / 0.08f64.powi(3))
+}
+
+#[test]
+fn the_bars_bear_what_drives_the_fluid_by_their_law() {
+    let grid = BarGrid::new(0.01, 0.05);
+    for fluid in [NEWTONIAN, BINGHAM, HERSCHEL_BULKLEY] {
+        for direction in [DVec3::X, DVec3::Z, DVec3::new(1.0, 2.0, 2.0) / 3.0] {
+            let gravity = 5.0 * direction;
+            let case = full(fluid, gravity, DVec3::ZERO, &layer(UPRIGHT));
+            let (u, load) = outcome(&*advanced(&case, 4000));
+            assert!((load - 2000.0 * gravity).length() < 1e-6 * load.length(), "{load} {fluid}");
+            let [across, along] = grid.drag(&case.material.curve, u.length());
+            let drag = (u * DVec3::new(across, across, along)) / u.length();
+            assert!((drag - load).length() < 1e-3 * load.length(), "{drag} {load} {fluid}");
+        }
+    }
+}
+
+#[test]
+fn layers_add_up_and_turn_with_the_axes() {
+    let gravity = DVec3::new(3.0, 1.0, -4.0);
+    let both = [UPRIGHT, "direction = [1, 0, 0]"].map(layer).join(", ");
+    let turned = [UPRIGHT, "direction = [0, 1, 0]"].map(layer).join(", ");
+    let (u, load) = outcome(&*advanced(&full(BINGHAM, gravity, DVec3::ZERO, &both), 4000));
+    let about_z = |v: DVec3| DVec3::new(-v.y, v.x, v.z);
+    let (other, _) = outcome(&*advanced(&full(BINGHAM, about_z(gravity), DVec3::ZERO, &turned), 4000));
+    assert!((load - 2000.0 * gravity).length() < 1e-6 * load.length());
+    assert!((about_z(u) - other).length() < 1e-9 * u.length(), "{u} {other}");
+    let law = |course: [f64; 3]| {
+        let bars = DVec3::from(course);
+        let [across, along] = BarGrid::new(0.01, 0.05)
+            .drag(&full(BINGHAM, gravity, DVec3::ZERO, &both).material.curve, u.length());
+        let unit = u / u.length();
+        across * unit + (along - across) * unit.dot(bars) * bars
+    };
+    let sum = law([0.0, 0.0, 1.0]) + law([1.0, 0.0, 0.0]);
+    assert!((sum - load).length() < 1e-3 * load.length(), "{sum} {load}");
+}
+
+#[test]
+fn below_the_limit_load_the_fluid_stands() {
+    let still = full(BINGHAM, DVec3::ZERO, DVec3::ZERO, &layer(UPRIGHT));
+    let limits = BarGrid::new(0.01, 0.05).drag(&still.material.curve, 0.0);
+    for (axis, limit) in [(DVec3::X, limits[0]), (DVec3::Z, limits[1])] {
+        let gravity = |share: f64| axis * share * limit / 2000.0;
+        // At rest from the start, and where it comes to rest, for ever; what drives it all at once leaves an impulse that alternates between steps.
+        for (share, velocity, steps) in [(0.99, 0.0, 0), (0.9, 0.2, 2000)] {
+            let case = full(BINGHAM, gravity(share), velocity * axis, &layer(UPRIGHT));
+            let mut simulation = advanced(&case, steps);
+            for _ in 0..20 {
+                let (u, load) = outcome(&*simulation);
+                advance(&mut *simulation, 1);
+                let (v, next) = outcome(&*simulation);
+                assert!(u.length().max(v.length()) < 1e-13, "{u} {v}");
+                assert!((0.5 * (load + next) - 2000.0 * gravity(share)).length() < 1e-9 * limit, "{load} {next}");
+                advance(&mut *simulation, 6);
+            }
+        }
+        let (u, _) = outcome(&*advanced(&full(BINGHAM, gravity(1.01), DVec3::ZERO, &layer(UPRIGHT)), 2000));
+        assert!(u.dot(axis) > 1e-7, "{u}");
+    }
+}
