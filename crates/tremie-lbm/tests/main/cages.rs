@@ -48,7 +48,7 @@ fn the_bars_bear_what_drives_the_fluid_by_their_law() {
         for direction in [DVec3::X, DVec3::Z, DVec3::new(1.0, 2.0, 2.0) / 3.0] {
             let gravity = 5.0 * direction;
             let case = full(fluid, gravity, DVec3::ZERO, &layer(UPRIGHT));
-            let (u, load) = outcome(&*advanced(&case, 4000));
+            let (u, load) = outcome(&*advanced(&case, 1000));
             assert!((load - 2000.0 * gravity).length() < 1e-6 * load.length(), "{load} {fluid}");
             let [across, along] = grid.drag(&case.material.curve, u.length());
             let drag = (u * DVec3::new(across, across, along)) / u.length();
@@ -62,9 +62,9 @@ fn layers_add_up_and_turn_with_the_axes() {
     let gravity = DVec3::new(3.0, 1.0, -4.0);
     let both = [UPRIGHT, "direction = [1, 0, 0]"].map(layer).join(", ");
     let turned = [UPRIGHT, "direction = [0, 1, 0]"].map(layer).join(", ");
-    let (u, load) = outcome(&*advanced(&full(BINGHAM, gravity, DVec3::ZERO, &both), 4000));
+    let (u, load) = outcome(&*advanced(&full(BINGHAM, gravity, DVec3::ZERO, &both), 1000));
     let about_z = |v: DVec3| DVec3::new(-v.y, v.x, v.z);
-    let (other, _) = outcome(&*advanced(&full(BINGHAM, about_z(gravity), DVec3::ZERO, &turned), 4000));
+    let (other, _) = outcome(&*advanced(&full(BINGHAM, about_z(gravity), DVec3::ZERO, &turned), 1000));
     assert!((load - 2000.0 * gravity).length() < 1e-6 * load.length());
     assert!((about_z(u) - other).length() < 1e-9 * u.length(), "{u} {other}");
     let law = |course: [f64; 3]| {
@@ -85,7 +85,7 @@ fn below_the_limit_load_the_fluid_stands() {
     for (axis, limit) in [(DVec3::X, limits[0]), (DVec3::Z, limits[1])] {
         let gravity = |share: f64| axis * share * limit / 2000.0;
         // At rest from the start, and where it comes to rest, for ever; what drives it all at once leaves an impulse that alternates between steps.
-        for (share, velocity, steps) in [(0.99, 0.0, 0), (0.9, 0.2, 2000)] {
+        for (share, velocity, steps) in [(0.99, 0.0, 0), (0.5, 0.05, 1000)] {
             let case = full(BINGHAM, gravity(share), velocity * axis, &layer(UPRIGHT));
             let mut simulation = advanced(&case, steps);
             for _ in 0..20 {
@@ -93,11 +93,14 @@ fn below_the_limit_load_the_fluid_stands() {
                 advance(&mut *simulation, 1);
                 let (v, next) = outcome(&*simulation);
                 assert!(u.length().max(v.length()) < 1e-13, "{u} {v}");
-                assert!((0.5 * (load + next) - 2000.0 * gravity(share)).length() < 1e-9 * limit, "{load} {next}");
+                assert!(
+                    (0.5 * (load + next) - 2000.0 * gravity(share)).length() < 1e-9 * limit,
+                    "{load} {next}"
+                );
                 advance(&mut *simulation, 6);
             }
         }
-        let (u, _) = outcome(&*advanced(&full(BINGHAM, gravity(1.01), DVec3::ZERO, &layer(UPRIGHT)), 2000));
+        let (u, _) = outcome(&*advanced(&full(BINGHAM, gravity(1.01), DVec3::ZERO, &layer(UPRIGHT)), 200));
         assert!(u.dot(axis) > 1e-7, "{u}");
     }
 }
