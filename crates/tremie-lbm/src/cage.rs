@@ -9,7 +9,7 @@
 //!
 //! with m the momentum that arrives and half of all other forces, phi the share of the cell that is filled and s that which lies in the cage, a the
 //! direction of a layer's bars and `across`, `along` their drag at the speed |u|. So `|(rho w + D(w)/2)^-1 m| = 1` for w = |u|. The left side falls as w
-//! grows, and there is one root; or none, where m is within the limit load D(0)/2 and the bars hold it: then F = -2 m, and the fluid is at rest without any
+//! grows, and there is one root; or none, where m is within half of the limit load D(0) and the bars hold it: then F = -2 m, and the fluid is at rest without any
 //! creep.
 //!
 //! Drags are kept as tables, linear between speeds of which there are so many to each factor of two. A thixotropic fluid is a Bingham fluid with another yield
@@ -23,7 +23,7 @@ use tremie_rheology::FlowCurve;
 use crate::scaling::Scaling;
 use crate::topology::{CELLS, EDGE, Links, ROWS};
 
-/// Turns at most in which a speed is looked for, and how near a root it must come, as a share.
+/// Turns at most in which a speed is looked for, and how near it must come, as a share.
 const TURNS: usize = 60;
 const NEAR: f64 = 1e-10;
 
@@ -48,19 +48,21 @@ impl Drag {
         Self([0.0].into_iter().chain((0..=steps).map(speed)).map(at).collect())
     }
 
+    /// Drags at a speed, and their slopes there.
     #[inline]
-    fn at(&self, speed: f64) -> [f64; 2] {
+    fn at(&self, speed: f64) -> [[f64; 2]; 2] {
         let first = 2f64.powi(POWERS[0]);
-        let (n, share) = if speed < first {
-            (0, speed / first)
+        let place = |n: usize| f64::from_bits(((first.to_bits() >> REST) + n as u64) << REST);
+        let (n, from, to) = if speed < first {
+            (0, 0.0, first)
         } else {
-            let n = (speed.to_bits() >> REST) - (first.to_bits() >> REST);
-            let n = (n as usize).min(self.0.len() - 3);
-            let bits = |n: usize| f64::from_bits(((first.to_bits() >> REST) + n as u64) << REST);
-            (n + 1, (speed - bits(n)) / (bits(n + 1) - bits(n)))
+            let n = ((speed.to_bits() >> REST) - (first.to_bits() >> REST)) as usize;
+            let n = n.min(self.0.len() - 3);
+            (n + 1, place(n), place(n + 1))
         };
         let (low, high) = (self.0[n], self.0[n + 1]);
-        [0, 1].map(|a| low[a] + share * (high[a] - low[a]))
+        let slopes = [0, 1].map(|a| (high[a] - low[a]) / (to - from));
+        [[0, 1].map(|a| low[a] + (speed - from) * slopes[a]), slopes]
     }
 }
 
@@ -211,7 +213,7 @@ impl Block<'_> {
 
     /// Force of the bars on a cell.
     pub(crate) fn force(&self, links: &Links, cell: usize, arrived: &Arrived) -> DVec3 {
-        if self.share(cell) == 0.0 || arrived.fill == 0.0 {
+        if arrived.fill == 0.0 {
             return DVec3::ZERO;
         }
         self.bars(links, cell, arrived.fill, arrived.growth).force(arrived)
@@ -227,25 +229,24 @@ impl Block<'_> {
         force: DVec3,
         mut part: impl FnMut(usize, DVec3),
     ) {
-        let within: Vec<usize> =
-            self.parts.iter().filter(|part| part.share[cell] > 0.0).map(|part| part.cage).collect();
-        if let [one] = within[..] {
-            return part(one, force);
+        let within = || self.parts.iter().filter(|part| part.share[cell] > 0.0).map(|part| part.cage);
+        if within().count() < 2 {
+            return within().for_each(|cage| part(cage, force));
         }
         let bars = self.bars(links, cell, 1.0, growth);
-        let of_all = bars.drag(None, speed).inverse() * force;
-        for cage in within {
-            part(cage, bars.drag(Some(cage), speed) * of_all);
+        let of_all = bars.drag(None, speed)[0].inverse() * force;
+        for cage in within() {
+            part(cage, bars.drag(Some(cage), speed)[0] * of_all);
         }
     }
 }
 
 impl Bars<'_> {
-    /// D at a speed: that of one cage, or of all.
-    fn drag(&self, of: Option<usize>, speed: f64) -> DMat3 {
-        let mut sum = DMat3::ZERO;
+    /// D at a speed, and its slope there: of one cage, or of all.
+    fn drag(&self, of: Option<usize>, speed: f64) -> [DMat3; 2] {
+        let mut sums = [DMat3::ZERO; 2];
         for part in self.block.parts.iter().filter(|part| of.is_none_or(|of| of == part.cage)) {
-            let scale = part.share[self.cell] * self.fill * self.growth;
+            let scale = part.share[self.cell] * self.fill;
             if scale == 0.0 {
                 continue;
             }
@@ -253,56 +254,54 @@ impl Bars<'_> {
             for (layer, drag) in layers.iter().zip(&self.block.all.drags[part.cage]) {
                 // On the axis of hoops there are none.
                 let Some(a) = layer.course.at(self.centre) else { continue };
-                let [across, along] = drag.at(speed / self.growth).map(|drag| drag * scale);
                 let outer = DMat3::from_cols(a * a.x, a * a.y, a * a.z);
-                sum += DMat3::from_diagonal(DVec3::splat(across)) + outer * (along - across);
+                let found = drag.at(speed / self.growth);
+                for ((sum, [across, along]), scale) in
+                    sums.iter_mut().zip(found).zip([scale * self.growth, scale])
+                {
+                    *sum += (DMat3::from_diagonal(DVec3::splat(across)) + outer * (along - across)) * scale;
+                }
             }
         }
-        sum
+        sums
     }
 
-    /// What the momentum that arrives is divided by to have the velocity, times the speed.
-    fn resistance(&self, density: f64, speed: f64) -> DMat3 {
-        DMat3::from_diagonal(DVec3::splat(density * speed)) + 0.5 * self.drag(None, speed)
+    /// The velocity over the speed, for momentum `arrived` that the bars leave at that speed; one if it is the right one. And its derivative.
+    fn velocity(&self, arrived: &Arrived, speed: f64) -> [DVec3; 2] {
+        let [drag, slope] = self.drag(None, speed);
+        let diagonal = |value: f64| DMat3::from_diagonal(DVec3::splat(value));
+        let inverse = (diagonal(arrived.density * speed) + 0.5 * drag).inverse();
+        let velocity = inverse * arrived.momentum;
+        [velocity, -inverse * ((diagonal(arrived.density) + 0.5 * slope) * velocity)]
     }
 
     fn force(&self, arrived: &Arrived) -> DVec3 {
         let Arrived { density, momentum, .. } = *arrived;
-        match self.speed(arrived) {
-            None => -2.0 * momentum,
-            Some(speed) => {
-                let velocity = self.resistance(density, speed).inverse() * momentum * speed;
-                2.0 * (density * velocity - momentum)
-            }
-        }
+        let velocity =
+            self.speed(arrived).map_or(DVec3::ZERO, |speed| speed * self.velocity(arrived, speed)[0]);
+        2.0 * (density * velocity - momentum)
     }
 
     /// Speed at which the bars leave what has arrived; none if they hold it.
     fn speed(&self, arrived: &Arrived) -> Option<f64> {
-        let Arrived { density, momentum, .. } = *arrived;
-        let over = |speed: f64| 1.0 / (self.resistance(density, speed).inverse() * momentum).length() - 1.0;
-        let (mut low, mut high) = (0.0, momentum.length() / density);
-        if high == 0.0 {
+        let (mut low, mut high) = (0.0, arrived.momentum.length() / arrived.density);
+        let limit = self.drag(None, low)[0];
+        let held = limit != DMat3::ZERO && (limit.inverse() * arrived.momentum).length() <= 0.5;
+        if high == 0.0 || held {
             return None;
         }
-        // Without a yield stress nothing is held.
-        let mut below = if self.drag(None, low) == DMat3::ZERO { -1.0 } else { over(low) };
-        if below >= 0.0 {
-            return None;
-        }
-        let (mut speed, mut above) = (high, over(high));
-        // False position; the weight of an end that stays is halved (the Illinois rule).
+        // Newton's method for 1/length = 1, which is nearly linear; from the end where the slope is sure to be finite.
+        let mut speed = high;
         for _ in 0..TURNS {
-            speed = (high * below - low * above) / (below - above);
-            let here = over(speed);
-            if here.abs() < NEAR {
+            let [velocity, slope] = self.velocity(arrived, speed);
+            let length = velocity.length();
+            let over = 1.0 / length - 1.0;
+            if over.abs() < NEAR {
                 break;
             }
-            if here > 0.0 {
-                (high, above, below) = (speed, here, 0.5 * below);
-            } else {
-                (low, below, above) = (speed, here, 0.5 * above);
-            }
+            (low, high) = if over > 0.0 { (low, speed) } else { (speed, high) };
+            let next = speed + over * length.powi(3) / velocity.dot(slope);
+            speed = if next > low && next < high { next } else { 0.5 * (low + high) };
         }
         Some(speed)
     }

@@ -163,7 +163,7 @@ impl<'a, T: Real> Source<'a, T> {
     ) -> Option<Pushes<T>> {
         let cages = self.cages?;
         let mut pushes = self.push(first).copied().unwrap_or([[T::ZERO; 4]; LANES]);
-        for (k, push) in pushes.iter_mut().enumerate() {
+        for (k, push) in pushes.iter_mut().enumerate().filter(|(k, _)| cages.share(first + k) > 0.0) {
             let f: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
             let (excess, momentum) = density_and_momentum(&f);
             let density = 1.0 + excess;

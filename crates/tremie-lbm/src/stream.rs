@@ -258,7 +258,8 @@ impl<'a, T: Real> Source<'a, T> {
             }
         }
         // Walls ask for the forces on the cells beside them, and take part of what moves there.
-        let braked = row.caged.then(|| self.braked(first, held, physics.gravity, f)).flatten();
+        let asks = row.caged && row.any_solid != 0;
+        let braked = asks.then(|| self.braked(first, held, physics.gravity, f)).flatten();
         let own = &own.or(&braked);
         let mut slides = [slides; 6];
         if self.rubs {
