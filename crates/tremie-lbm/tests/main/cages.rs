@@ -48,7 +48,7 @@ fn the_bars_bear_what_drives_the_fluid_by_their_law() {
         for direction in [DVec3::X, DVec3::Z, DVec3::new(1.0, 2.0, 2.0) / 3.0] {
             let gravity = 5.0 * direction;
             let case = full(fluid, gravity, DVec3::ZERO, &layer(UPRIGHT));
-            let (u, load) = outcome(&*advanced(&case, 1000));
+            let (u, load) = outcome(&*advanced(&case, 2000));
             assert!((load - 2000.0 * gravity).length() < 1e-6 * load.length(), "{load} {fluid}");
             let [across, along] = grid.drag(&case.material.curve, u.length());
             let drag = (u * DVec3::new(across, across, along)) / u.length();
@@ -103,4 +103,80 @@ fn below_the_limit_load_the_fluid_stands() {
         let (u, _) = outcome(&*advanced(&full(BINGHAM, gravity(1.01), DVec3::ZERO, &layer(UPRIGHT)), 200));
         assert!(u.dot(axis) > 1e-7, "{u}");
     }
+}
+
+/// A column that collapses through a cage, and out by an open side.
+fn dam(cages: &str) -> Case {
+    case(&format!(
+        "[material]\ndensity = \"2000 kg/m3\"\n{BINGHAM}\n\
+         [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"240 mm\", \"40 mm\", \"120 mm\"]\n\
+         sides = {{ x_max = \"open\", y_min = \"symmetry\", y_max = \"symmetry\" }}\n\
+         [[fluid]]\nbox = {{ min = [\"0 m\", \"-1 m\", \"0 m\"], max = [\"80 mm\", \"1 m\", \"110 mm\"] }}\nbatch = \"all\"\n\
+         {cages}\n[lbm]\ncell_size = \"10 mm\"\nprecision = \"f64\"\n"
+    ))
+}
+
+fn cage(min: &str, max: &str) -> String {
+    format!(
+        "[[cage]]\nbox = {{ min = [\"{min}\", \"-1 m\", \"-1 m\"], max = [\"{max}\", \"1 m\", \"1 m\"] }}\n\
+         layers = [{}, {}]\n",
+        layer(UPRIGHT),
+        layer("around = { point = [\"0 m\", \"0.5 m\", \"0 m\"], axis = [0, 0, 1] }")
+    )
+}
+
+#[test]
+fn parts_of_a_cage_do_what_the_whole_does() {
+    // Cut within cells, too.
+    let one = dam(&cage("43 mm", "130 mm"));
+    let two = dam(&(cage("43 mm", "64 mm") + &cage("64 mm", "130 mm")));
+    let [one, two] = [one, two].map(|case| advanced(&case, 200));
+    let (a, b) = (cells(&*one), cells(&*two));
+    let largest = a.velocity.iter().map(|u| u.length()).fold(0.0, f64::max);
+    assert!(largest > 1e-3, "{largest}");
+    for (u, v) in a.velocity.iter().zip(&b.velocity) {
+        assert!((*u - *v).length() < 1e-6 * largest, "{u} {v}");
+    }
+    let (whole, parts) = (one.snapshot().cages, two.snapshot().cages);
+    assert!((whole[0].force - parts[0].force - parts[1].force).length() < 1e-6 * whole[0].force.length());
+    assert!(whole[0].force.x > 0.0 && parts[0].force.x > 0.0 && parts[1].force.x > 0.0);
+}
+
+#[test]
+fn the_fluids_momentum_is_what_walls_and_bars_leave_of_its_weight() {
+    let case = dam(&cage("60 mm", "130 mm")).text.replace("x_max = \"open\", ", "");
+    let case = Case::parse("test.toml", &case).unwrap();
+    let mut simulation = advanced(&case, 100);
+    let momentum = |simulation: &dyn Simulation| {
+        let cells = cells(simulation);
+        let sum: DVec3 = cells.fill.iter().zip(&cells.velocity).map(|(fill, u)| *fill * *u).sum();
+        sum * cells.density * cells.size.powi(3)
+    };
+    let (start, from) = (momentum(&*simulation), simulation.time());
+    let (mut borne, mut by_bars) = (DVec3::ZERO, DVec3::ZERO);
+    const STEPS: usize = 1000;
+    for _ in 0..STEPS {
+        let snapshot = simulation.snapshot();
+        let bars = snapshot.cages[0].force;
+        borne += snapshot.walls.sides.iter().map(|load| load.force).sum::<DVec3>() + bars;
+        by_bars += bars;
+        advance(&mut *simulation, 1);
+    }
+    let rate = (momentum(&*simulation) - start) / (simulation.time() - from);
+    let weight = DVec3::NEG_Z * 9.81 * 2000.0 * 0.08 * 0.04 * 0.11;
+    let left = weight - borne / STEPS as f64 - rate;
+    assert!(by_bars.x / STEPS as f64 > 0.05 * weight.length(), "{by_bars}");
+    assert!(left.length() < 5e-3 * weight.length(), "{left} {weight}");
+}
+
+#[test]
+fn a_cage_gives_the_same_bits_after_a_restart() {
+    let case = dam(&cage("83 mm", "130 mm"));
+    let mut through = advanced(&case, 300);
+    let state = through.save();
+    let mut resumed = tremie_lbm::simulation(&case);
+    resumed.restore(&state).unwrap();
+    advance(&mut *through, 300);
+    advance(&mut *resumed, 300);
+    assert_eq!(through.snapshot(), resumed.snapshot());
 }
