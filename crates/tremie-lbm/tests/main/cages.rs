@@ -48,7 +48,7 @@ fn the_bars_bear_what_drives_the_fluid_by_their_law() {
         for direction in [DVec3::X, DVec3::Z, DVec3::new(1.0, 2.0, 2.0) / 3.0] {
             let gravity = 5.0 * direction;
             let case = full(fluid, gravity, DVec3::ZERO, &layer(UPRIGHT));
-            let (u, load) = outcome(&*advanced(&case, 2000));
+            let (u, load) = outcome(&*advanced(&case, 8000));
             assert!((load - 2000.0 * gravity).length() < 1e-6 * load.length(), "{load} {fluid}");
             let [across, along] = grid.drag(&case.material.curve, u.length());
             let drag = (u * DVec3::new(across, across, along)) / u.length();
@@ -84,15 +84,15 @@ fn below_the_limit_load_the_fluid_stands() {
     let limits = BarGrid::new(0.01, 0.05).drag(&still.material.curve, 0.0);
     for (axis, limit) in [(DVec3::X, limits[0]), (DVec3::Z, limits[1])] {
         let gravity = |share: f64| axis * share * limit / 2000.0;
-        // At rest from the start, and where it comes to rest, for ever; what drives it all at once leaves an impulse that alternates between steps.
-        for (share, velocity, steps) in [(0.99, 0.0, 0), (0.5, 0.05, 1000)] {
+        // It comes to rest and does not creep; what drives it all at once leaves an impulse that alternates between steps.
+        for (share, velocity, steps) in [(0.99, 0.0, 3000), (0.5, 0.05, 1000)] {
             let case = full(BINGHAM, gravity(share), velocity * axis, &layer(UPRIGHT));
             let mut simulation = advanced(&case, steps);
             for _ in 0..20 {
                 let (u, load) = outcome(&*simulation);
                 advance(&mut *simulation, 1);
                 let (v, next) = outcome(&*simulation);
-                assert!(u.length().max(v.length()) < 1e-13, "{u} {v}");
+                assert!(u.length().max(v.length()) < 1e-13, "{u} {v} at {share}");
                 assert!(
                     (0.5 * (load + next) - 2000.0 * gravity(share)).length() < 1e-9 * limit,
                     "{load} {next}"
