@@ -84,15 +84,16 @@ fn below_the_limit_load_the_fluid_stands() {
     let limits = BarGrid::new(0.01, 0.05).drag(&still.material.curve, 0.0);
     for (axis, limit) in [(DVec3::X, limits[0]), (DVec3::Z, limits[1])] {
         let gravity = |share: f64| axis * share * limit / 2000.0;
-        // It comes to rest and does not creep; what drives it all at once leaves an impulse that alternates between steps.
-        for (share, velocity, steps) in [(0.99, 0.0, 3000), (0.5, 0.05, 1000)] {
+        // It comes to rest and does not creep; what drives it all at once leaves an impulse that alternates between steps, and just below the limit
+        // load this dies away with the square of the time.
+        for (share, velocity, steps, least) in [(0.99, 0.0, 500, 1e-10), (0.5, 0.05, 1000, 1e-13)] {
             let case = full(BINGHAM, gravity(share), velocity * axis, &layer(UPRIGHT));
             let mut simulation = advanced(&case, steps);
             for _ in 0..20 {
                 let (u, load) = outcome(&*simulation);
                 advance(&mut *simulation, 1);
                 let (v, next) = outcome(&*simulation);
-                assert!(u.length().max(v.length()) < 1e-13, "{u} {v} at {share}");
+                assert!(u.length().max(v.length()) < least, "{u} {v} at {share}");
                 assert!(
                     (0.5 * (load + next) - 2000.0 * gravity(share)).length() < 1e-9 * limit,
                     "{load} {next}"
