@@ -1,12 +1,14 @@
-//! What inclusions see of the fluid, and do to it.
+//! What the lattice keeps for inclusions.
 //!
 //! Each step leaves the velocity of every cell as it was in the middle of the step, half of the forces included, and the share of
 //! the cell that is fluid; and takes a force on each cell, beside its weight. Both are kept cell by cell, because inclusions lie where they like:
-//! what is asked for at a point are runs of four cells, not rows.
+//! what is asked for at a point are runs of four cells (module `delta`), not rows.
 
+use crate::grid::Grid;
 use crate::lanes::{LANES, Lanes};
 use crate::real::Real;
-use crate::topology::ROWS;
+use crate::spread::Reach;
+use crate::topology::{CELLS, ROWS};
 
 /// A vector and one more number for each cell of a block.
 #[derive(Debug, Clone, Copy, bytemuck::Zeroable)]
@@ -18,6 +20,22 @@ impl<T: Real> Vectors<T> {
     #[inline(always)]
     pub(crate) fn row(&self, row: usize) -> &[[T; 4]; LANES] {
         &self.0[row & (ROWS - 1)]
+    }
+
+    /// The same to write.
+    #[inline(always)]
+    pub(crate) fn row_mut(&mut self, row: usize) -> &mut [[T; 4]; LANES] {
+        &mut self.0[row & (ROWS - 1)]
+    }
+
+    /// All cells, to be saved.
+    pub(crate) fn cells(&self) -> &[[T; 4]] {
+        self.0.as_flattened()
+    }
+
+    /// All cells, to be loaded.
+    pub(crate) fn cells_mut(&mut self) -> &mut [[T; 4]] {
+        self.0.as_flattened_mut()
     }
 
     /// Writes the cells of a row.
@@ -33,20 +51,24 @@ impl<T: Real> Vectors<T> {
 pub(crate) type Field<T> = Vec<Option<Box<Vectors<T>>>>;
 
 /// What all blocks keep for inclusions, by slot; nothing where there are none.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(crate) struct Immersed<T> {
     /// Whether there are inclusions.
     any: bool,
-    /// Velocity, and the share of the cell that is fluid.
-    seen: Field<T>,
+    /// The share of the cell that is fluid, last, and the velocity times it.
+    pub(crate) seen: Field<T>,
     /// Forces.
-    pushes: Field<T>,
+    pub(crate) pushes: Field<T>,
+    /// For each point that was asked for last, the share of what lies around it that is fluid.
+    pub(crate) shares: Vec<T>,
+    /// Which blocks points reach into.
+    pub(crate) reach: [Reach; 3],
 }
 
 impl<T: Real> Immersed<T> {
     /// For a fluid with inclusions in it, or without.
     pub(crate) fn new(any: bool) -> Self {
-        Self { any, seen: Vec::new(), pushes: Vec::new() }
+        Self { any, seen: Vec::new(), pushes: Vec::new(), shares: Vec::new(), reach: Default::default() }
     }
 
     /// Without any fluid.
@@ -57,15 +79,14 @@ impl<T: Real> Immersed<T> {
     /// Appends a slot.
     pub(crate) fn push_slot(&mut self) {
         self.seen.push(self.any.then(bytemuck::allocation::zeroed_box));
-        self.pushes.push(None);
+        self.pushes.push(self.any.then(bytemuck::allocation::zeroed_box));
     }
 
     /// Forgets what a slot held.
     pub(crate) fn clear(&mut self, slot: usize) {
-        if let Some(seen) = &mut self.seen[slot] {
-            **seen = bytemuck::Zeroable::zeroed();
+        for vectors in [&mut self.seen[slot], &mut self.pushes[slot]].into_iter().flatten() {
+            **vectors = bytemuck::Zeroable::zeroed();
         }
-        self.pushes[slot] = None;
     }
 
     /// Forces on the cells of a block, where any push.
@@ -78,9 +99,37 @@ impl<T: Real> Immersed<T> {
         (&mut self.seen, &self.pushes)
     }
 
+    /// What a slot holds for the cells that are `wet`, in a form that can be saved; zero for others.
+    pub(crate) fn saved(&self, slot: usize, wet: impl Fn(usize) -> bool) -> Vec<T> {
+        let of = |vectors: &Vectors<T>| -> Vec<T> {
+            let cells = vectors.cells().iter().enumerate();
+            cells.flat_map(|(n, cell)| if wet(n) { *cell } else { [T::ZERO; 4] }).collect()
+        };
+        [&self.seen[slot], &self.pushes[slot]].into_iter().flatten().flat_map(|vectors| of(vectors)).collect()
+    }
+
     /// Memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let boxes = self.seen.iter().chain(&self.pushes).flatten().count();
         boxes * size_of::<Vectors<T>>()
+    }
+}
+
+impl<T: Real> Grid<T> {
+    /// Fills the blocks with what was saved, in the order of their slots; none if it is of another size.
+    pub(crate) fn load_immersed(&mut self, saved: &[T]) -> Option<()> {
+        let slots: Vec<usize> = self.slots().collect();
+        if saved.len() != slots.len() * 2 * 4 * CELLS {
+            return None;
+        }
+        for (slot, saved) in slots.into_iter().zip(saved.chunks_exact(2 * 4 * CELLS)) {
+            let (seen, pushes) = saved.split_at(4 * CELLS);
+            let immersed = &mut self.immersed;
+            for (to, from) in [(&mut immersed.seen[slot], seen), (&mut immersed.pushes[slot], pushes)] {
+                let cells = to.as_deref_mut()?.cells_mut();
+                cells.as_flattened_mut().copy_from_slice(from);
+            }
+        }
+        Some(())
     }
 }

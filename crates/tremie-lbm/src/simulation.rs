@@ -4,10 +4,12 @@ use bytemuck::cast_slice;
 use tremie_case::{Case, Inlet, Precision, Side, Stepping, Surface};
 use tremie_output::state::{Array, State};
 use tremie_simulation::{Breakdown, Load, RestoreError, Simulation, Snapshot};
+use tremie_suspension::Suspension;
 
 use crate::adapt::{INTERVAL, Look, Watch};
 use crate::cage::Cages;
 use crate::carried::Carried;
+use crate::carrier::{Lattice, Sides};
 use crate::fluid::Fluid;
 use crate::friction::Friction;
 use crate::grid::{Grid, Kinds};
@@ -39,13 +41,17 @@ const SETTLED: f64 = 0.1;
 
 /// A case made ready to run by the lattice Boltzmann method, by the scheme and in the precision that it asks for.
 pub fn simulation(case: &Case) -> Box<dyn Simulation> {
-    let lbm = settings(case);
-    if let Some(textbook) = lbm.textbook() {
-        return textbook::simulation(case, textbook);
+    match settings(case).textbook() {
+        Some(textbook) => textbook::simulation(case, textbook),
+        None => simulation_with(case, None),
     }
-    match lbm.precision {
-        Precision::F32 => Box::new(LatticeBoltzmann::<f32>::new(case)),
-        Precision::F64 => Box::new(LatticeBoltzmann::<f64>::new(case)),
+}
+
+/// The same with these bodies in it. (The schemes of the textbooks carry none.)
+pub fn simulation_with(case: &Case, suspension: Option<Suspension>) -> Box<dyn Simulation> {
+    match settings(case).precision {
+        Precision::F32 => Box::new(LatticeBoltzmann::<f32>::with(case, suspension)),
+        Precision::F64 => Box::new(LatticeBoltzmann::<f64>::with(case, suspension)),
     }
 }
 
@@ -58,6 +64,8 @@ pub struct LatticeBoltzmann<T: Real> {
     pub(crate) rows: Vec<Rows>,
     findings: Vec<Findings>,
     pub(crate) ledger: Ledger,
+    /// What swims in it.
+    pub(crate) suspension: Option<Suspension>,
     /// What has come in, by inlet.
     pub(crate) inflow: Vec<Inflow>,
     /// Mass at the start, or when the time step last changed, with what has come in and left since, which rounding is held against.
@@ -94,7 +102,7 @@ fn topology(case: &Case, scaling: &Scaling) -> Topology {
 }
 
 /// A grid without fluid.
-fn grid<T: Real>(case: &Case, scaling: &Scaling) -> Grid<T> {
+fn grid<T: Real>(case: &Case, scaling: &Scaling, immersed: bool) -> Grid<T> {
     let batches = case.batches();
     let share = |batch: &Option<String>, of: &str| f64::from(u8::from(batch.as_deref() == Some(of)));
     let inflow = |inlet: &Inlet| {
@@ -103,7 +111,7 @@ fn grid<T: Real>(case: &Case, scaling: &Scaling) -> Grid<T> {
     };
     let structured = case.material.thixotropy.is_some();
     let carried = Carried::new(batches.len(), structured, case.inlets.iter().map(inflow).collect());
-    let immersed = Immersed::new(false);
+    let immersed = Immersed::new(immersed);
     let (solids, inlets, cages) = (Solids::new(case, scaling), Inlets::new(case), Cages::new(case, scaling));
     Grid::new(topology(case, scaling), solids, inlets, carried, immersed, cages)
 }
@@ -116,15 +124,22 @@ fn fluid<T: Real>(case: &Case, scaling: &Scaling) -> Fluid<T> {
 impl<T: Real> LatticeBoltzmann<T> {
     /// The case at time zero.
     pub fn new(case: &Case) -> Self {
+        Self::with(case, None)
+    }
+
+    /// The same with bodies in it.
+    fn with(case: &Case, suspension: Option<Suspension>) -> Self {
         let scaling = Plan::new(case).scaling;
+        let immersed = suspension.is_some();
         let mut new = Self {
             case: case.clone(),
-            grid: grid(case, &scaling),
+            grid: grid(case, &scaling, immersed),
             scaling,
             fluid: fluid(case, &scaling),
             rows: Vec::new(),
             findings: Vec::new(),
             ledger: Ledger { drained_of: vec![Amount::default(); case.batches().len()], ..Ledger::default() },
+            suspension,
             inflow: vec![Inflow::default(); case.inlets.len()],
             mass: 0.0,
             volume: 0.0,
@@ -136,7 +151,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         };
         new.fill();
         if !new.stand() {
-            new.grid = grid(case, &new.scaling);
+            new.grid = grid(case, &new.scaling, immersed);
             new.fill();
             new.rows.clear();
         }
@@ -148,6 +163,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         new.volume = new.mass;
         new.begin_carried();
         new.arrange();
+        new.begin_immersed();
         new
     }
 
@@ -155,6 +171,42 @@ impl<T: Real> LatticeBoltzmann<T> {
     fn fill(&mut self) {
         self.grid.fill(&self.case, &self.scaling);
         self.begin_carried();
+    }
+
+    /// Lets the bodies see the fluid of the first state.
+    fn begin_immersed(&mut self) {
+        let Self { fluid, grid, rows, suspension, .. } = self;
+        if suspension.is_none() {
+            return;
+        }
+        for slot in grid.slots().collect::<Vec<_>>() {
+            let mut seen = std::mem::take(&mut grid.immersed.seen[slot]);
+            if let Some(seen) = &mut seen {
+                fluid.moments(grid, slot, &rows[slot], None, |cell, m, _| {
+                    let [x, y, z] = m.velocity.map(|u| u * m.fill);
+                    seen.cells_mut()[cell] = [x, y, z, m.fill];
+                });
+            }
+            grid.immersed.seen[slot] = seen;
+        }
+    }
+
+    /// Moves the bodies on by a step, and lets the fluid feel them in its own.
+    fn carry_bodies(&mut self) {
+        let Some(suspension) = &mut self.suspension else { return };
+        self.grid.look();
+        let mut lattice = Lattice {
+            grid: &mut self.grid,
+            scaling: &self.scaling,
+            corner: self.case.domain.min,
+            gravity: self.case.domain.gravity,
+            viscosity: self.case.material.curve.plastic_viscosity(),
+        };
+        // What is seen and pushed has nothing to do with solids.
+        let (topology, solids) = (lattice.grid.topology.clone(), std::mem::take(&mut lattice.grid.solids));
+        let unit = self.scaling.velocity_unit();
+        suspension.step(&mut lattice, &Sides { topology: &topology, solids: &solids, unit });
+        self.grid.solids = solids;
     }
 
     /// Gives the fluid what it carries at the start.
@@ -409,6 +461,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         if self.grid.solids.any_slide() {
             self.grid.even_stores(&self.rows);
         }
+        self.carry_bodies();
         self.fluid.step(&mut self.grid, &self.rows, change.map(T::from_f64), &mut self.findings);
         self.pass();
         self.time += self.scaling.time_step;
@@ -472,7 +525,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
     fn save(&self) -> State {
         let (places, free) = self.grid.layout();
         let (mut fields, mut mass, mut kinds) = (Vec::<T>::new(), Vec::<f64>::new(), Vec::<u8>::new());
-        let mut carried = Vec::<f64>::new();
+        let (mut carried, mut immersed) = (Vec::<f64>::new(), Vec::<T>::new());
         for slot in self.grid.slots() {
             // Where a cell has no such value, something is left over that means nothing; as zero it takes no room, and
             // the same moment of the same run gives the same file.
@@ -487,6 +540,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             mass.extend_from_slice(&*self.grid.mass[slot]);
             kinds.extend_from_slice(cast_slice(&self.grid.kinds[slot]));
             carried.extend(self.grid.carried.saved(slot, wet));
+            immersed.extend(self.grid.immersed.saved(slot, wet));
         }
         let header = serde_json::json!({
             "for": self.identity(),
@@ -506,7 +560,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             "rises": self.grid.rises(),
             "inflow": self.inflow.iter().map(|inflow| [inflow.whole, inflow.volume]).collect::<Vec<_>>(),
         });
-        let arrays = vec![
+        let mut arrays = vec![
             ("places".into(), Array::U32(places)),
             ("free".into(), Array::U32(free)),
             ("fields".into(), T::into_array(fields)),
@@ -514,6 +568,12 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             ("kinds".into(), Array::U8(kinds)),
             ("carried".into(), Array::F64(carried)),
         ];
+        if let Some(suspension) = &self.suspension {
+            let (numbers, labels) = suspension.inclusions.saved();
+            arrays.push(("immersed".into(), T::into_array(immersed)));
+            arrays.push(("inclusions".into(), Array::F64(numbers)));
+            arrays.push(("labels".into(), Array::U32(labels)));
+        }
         State { header, arrays }
     }
 
@@ -539,6 +599,14 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         grid.solids.forget_all();
         let Array::F64(carried) = array("carried")? else { return Err(missing("carried")) };
         grid.load(fields, mass, kinds, carried).map_err(missing)?;
+        if let Some(suspension) = &mut self.suspension {
+            let immersed = T::from_array(array("immersed")?).ok_or_else(|| missing("immersed"))?;
+            grid.load_immersed(immersed).ok_or_else(|| missing("immersed"))?;
+            let (Array::F64(numbers), Array::U32(labels)) = (array("inclusions")?, array("labels")?) else {
+                return Err(missing("inclusions"));
+            };
+            suspension.inclusions.load(numbers, labels).ok_or_else(|| missing("inclusions"))?;
+        }
         let rises = serde_json::from_value(state.header["rises"].clone()).map_err(|_| missing("rises"))?;
         grid.restore_rises(rises).ok_or_else(|| missing("rises"))?;
         let seen = serde_json::from_value(state.header["speeds"].clone()).map_err(|_| missing("speeds"))?;

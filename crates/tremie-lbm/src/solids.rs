@@ -203,6 +203,22 @@ impl Solids {
         all.fold(f64::INFINITY, f64::min)
     }
 
+    /// The solid nearest to a point, if one is nearer than `within` in m: the signed distance in m, the normal, and the velocity in lattice units.
+    pub(crate) fn nearest_to(&self, p: DVec3, within: f64) -> Option<(f64, DVec3, DVec3)> {
+        let mut found: Option<(f64, DVec3, DVec3)> = None;
+        for body in &self.bodies {
+            let (p, (low, high)) = (p - body.offset, body.bounds);
+            if p.cmplt(low - within).any() || p.cmpgt(high + within).any() {
+                continue;
+            }
+            let (distance, normal) = body.solid.body.nearest(p);
+            if distance < found.map_or(within, |(nearest, ..)| nearest) {
+                found = Some((distance, normal, body.velocity));
+            }
+        }
+        found
+    }
+
     /// Whether a solid may reach into the cube of `cells` cells along each axis whose lowest cell is `at`.
     pub(crate) fn reach(&self, at: [usize; 3], cells: usize) -> bool {
         let half = 0.5 * cells as f64 * self.size;

@@ -436,7 +436,8 @@ fn step_block<T: Real, R: Law<T>>(
             let first = first_of(row.row);
             let fill = smaller(held[0] / density, Lanes::ONE).only(row.kinds.wet());
             let post = std::array::from_fn(|i| block.back.lanes(i, first));
-            seen.put(usize::from(row.row), velocities(&post, fill, physics.drive_row(&own)), fill);
+            let velocity = velocities(&post, fill, physics.drive_row(&own));
+            seen.put(usize::from(row.row), velocity.map(|u| fill * u), fill);
         }
         if row.kinds.interface == 0 {
             continue;

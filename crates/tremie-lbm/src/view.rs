@@ -50,8 +50,18 @@ impl<T: Real> LatticeBoltzmann<T> {
             true => self.ledger.drained_of.iter().map(|out| out.volume * cubed).collect(),
             false => Vec::new(),
         };
-        let (time, fluid) = (self.time(), Fluid::Cells(cells));
-        Snapshot { time, fluid, solids, cages, walls, inflow, outflow, batches_out }
+        let inclusions = self.suspension.as_ref().map(|suspension| suspension.inclusions.clone());
+        Snapshot {
+            time: self.time(),
+            fluid: Fluid::Cells(cells),
+            inclusions: inclusions.unwrap_or_default(),
+            solids,
+            cages,
+            walls,
+            inflow,
+            outflow,
+            batches_out,
+        }
     }
 
     /// What solids bear, and what all else does, in SI units.

@@ -1,6 +1,7 @@
 //! What gauges and writers see: the state of the fluid at one moment, in SI units.
 
 use tremie_numerics::DVec3;
+use tremie_suspension::Inclusions;
 
 /// The state of a simulation at one moment.
 #[derive(Debug, Clone, PartialEq)]
@@ -9,6 +10,8 @@ pub struct Snapshot {
     pub time: f64,
     /// The fluid.
     pub fluid: Fluid,
+    /// What swims in it.
+    pub inclusions: Inclusions,
     /// What the fluid does to each solid of the case, within the domain.
     pub solids: Vec<SolidLoad>,
     /// What it does to the bars of each cage of the case, within the domain.

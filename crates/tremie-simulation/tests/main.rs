@@ -113,6 +113,7 @@ impl Simulation for Cake {
             let nothing = Cells { size, density, domain, symmetry, ..Cells::default() };
             return Snapshot {
                 time: self.time,
+                inclusions: Default::default(),
                 fluid: Fluid::Cells(nothing),
                 solids: Vec::new(),
                 cages: Vec::new(),
@@ -141,6 +142,7 @@ impl Simulation for Cake {
         }
         Snapshot {
             time: self.time,
+            inclusions: Default::default(),
             fluid: Fluid::Cells(cells),
             solids: Vec::new(),
             cages: Vec::new(),

@@ -35,7 +35,7 @@ pub trait Carrier {
     fn time_step(&self) -> f64;
 
     /// What there is around each point.
-    fn see(&self, points: &[DVec3], seen: &mut [Seen]);
+    fn see(&mut self, points: &[DVec3], seen: &mut [Seen]);
 
     /// Pushes the fluid at each point with a force in N, spread over the fluid that [`Carrier::see`] saw from there.
     fn push(&mut self, points: &[DVec3], forces: &[DVec3]);

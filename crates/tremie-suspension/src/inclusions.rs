@@ -22,6 +22,8 @@ pub struct Inclusions {
     pub kinds: Vec<Kind>,
     /// Number that a body keeps for life.
     pub id: Vec<u64>,
+    /// The next such number.
+    pub next: u64,
     /// Kind, by its place among the kinds.
     pub kind: Vec<u16>,
     /// Batch that the body came with, from 1; 0 for none.
@@ -34,6 +36,10 @@ pub struct Inclusions {
     pub velocity: Vec<DVec3>,
     /// Angular velocity in 1/s.
     pub angular_velocity: Vec<DVec3>,
+    /// Force in N of the fluid in the last step, beside what the body weighs less for lying in it.
+    pub drag: Vec<DVec3>,
+    /// Moment in N m of that force about the centre.
+    pub torque: Vec<DVec3>,
     /// Bodies and walls that it touched in the last step.
     pub contacts: Vec<u32>,
 }
@@ -49,16 +55,55 @@ impl Inclusions {
         self.position.is_empty()
     }
 
-    /// Adds a body at rest; its id is one more than the largest so far.
+    /// Adds a body at rest.
     pub fn add(&mut self, kind: u16, batch: u16, position: DVec3, orientation: DQuat) {
-        self.id.push(self.id.iter().max().map_or(0, |id| id + 1));
+        self.id.push(self.next);
+        self.next += 1;
         self.kind.push(kind);
         self.batch.push(batch);
         self.position.push(position);
         self.orientation.push(orientation);
         self.velocity.push(DVec3::ZERO);
         self.angular_velocity.push(DVec3::ZERO);
+        self.drag.push(DVec3::ZERO);
+        self.torque.push(DVec3::ZERO);
         self.contacts.push(0);
+    }
+
+    /// All that changes, as numbers and labels that can be saved: 19 and 4 for each body.
+    pub fn saved(&self) -> (Vec<f64>, Vec<u32>) {
+        let (mut numbers, mut labels) = (Vec::new(), Vec::new());
+        for n in 0..self.len() {
+            let vectors =
+                [self.position[n], self.velocity[n], self.angular_velocity[n], self.drag[n], self.torque[n]];
+            numbers.extend(vectors.iter().flat_map(|vector| vector.to_array()));
+            numbers.extend(self.orientation[n].to_array());
+            let (id, kind) = (self.id[n], u32::from(self.kind[n]) | u32::from(self.batch[n]) << 16);
+            labels.extend([id as u32, (id >> 32) as u32, kind, self.contacts[n]]);
+        }
+        (numbers, labels)
+    }
+
+    /// Puts bodies of the same kinds in place of these, as they were saved; none if that is not what these are.
+    pub fn load(&mut self, numbers: &[f64], labels: &[u32]) -> Option<()> {
+        let mut new = Self { kinds: std::mem::take(&mut self.kinds), ..Self::default() };
+        let fits = numbers.len().is_multiple_of(19) && numbers.len() / 19 * 4 == labels.len();
+        for (numbers, labels) in numbers.chunks_exact(19).zip(labels.chunks_exact(4)) {
+            let vector = |n: usize| DVec3::from_slice(&numbers[3 * n..]);
+            let (kind, batch) = (labels[2] as u16, (labels[2] >> 16) as u16);
+            if usize::from(kind) >= new.kinds.len() {
+                return None;
+            }
+            new.add(kind, batch, vector(0), DQuat::from_slice(&numbers[15..]));
+            let n = new.len() - 1;
+            new.id[n] = u64::from(labels[0]) | u64::from(labels[1]) << 32;
+            new.next = new.next.max(new.id[n].saturating_add(1));
+            new.contacts[n] = labels[3];
+            [new.velocity[n], new.angular_velocity[n], new.drag[n], new.torque[n]] =
+                [vector(1), vector(2), vector(3), vector(4)];
+        }
+        *self = new;
+        fits.then_some(())
     }
 
     /// Form of a body.

@@ -6,10 +6,18 @@
 
 mod carrier;
 mod form;
+mod friction;
 mod inclusions;
+mod motion;
+mod response;
+mod suspension;
 mod walls;
 
 pub use carrier::{Carrier, Seen};
 pub use form::Form;
+pub use friction::{Coupling, svec_correction};
 pub use inclusions::{Inclusions, Kind};
+pub use motion::Scheme;
+pub use response::Response;
+pub use suspension::{Method, Suspension};
 pub use walls::{Periods, Wall, Walls};

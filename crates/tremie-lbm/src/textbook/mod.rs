@@ -386,6 +386,7 @@ impl<const Q: usize> Simulation for Dense<Q> {
         };
         Snapshot {
             time: self.time(),
+            inclusions: Default::default(),
             fluid: Fluid::Cells(cells),
             solids: Vec::new(),
             cages: Vec::new(),

@@ -5,6 +5,7 @@ mod batches;
 mod cages;
 mod conservation;
 mod friction;
+mod inclusions;
 mod invariance;
 mod loads;
 mod pour;

@@ -500,6 +500,7 @@ mod tests {
         };
         let mut snapshot = Snapshot {
             time: 0.5,
+            inclusions: Default::default(),
             fluid: Fluid::Cells(cells),
             solids: Vec::new(),
             cages: Vec::new(),
@@ -553,6 +554,7 @@ mod tests {
         let cells = Cells { size: 0.1, domain: [DVec3::ZERO, DVec3::ONE], ..Cells::default() };
         let readings = gauges.measure(&Snapshot {
             time: 0.0,
+            inclusions: Default::default(),
             fluid: Fluid::Cells(cells),
             solids: Vec::new(),
             cages: Vec::new(),

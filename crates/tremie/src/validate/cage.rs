@@ -23,10 +23,10 @@ pub(super) fn porous_cage(context: &Context) -> anyhow::Result<Vec<Check>> {
         for number in BINGHAM {
             let name = format!("{spacing} diameters, Bingham number {number}");
             let (bars, cage) = alternatives(&at(&case, number)?);
-            let (resolved, zone) = (head_loss(bars.clone())?, head_loss(cage)?);
+            let (resolved, zone) = (head_loss(&bars)?, head_loss(&cage)?);
             checks.push(context.relative("head loss", format!("head loss, {name}"), "Pa", resolved, zone)?);
             if number == SHOWN {
-                let fine = head_loss(refined(bars))?;
+                let fine = head_loss(&refined(bars))?;
                 checks
                     .push(shown(format!("zone over bars of 16 cells, less one, {name}"), zone / fine - 1.0));
             }
@@ -64,7 +64,7 @@ fn refined(mut case: Case) -> Case {
 }
 
 /// Force along the flow on the bars, or their zone, over the section, in Pa, once it is steady.
-fn head_loss(case: Case) -> anyhow::Result<f64> {
+fn head_loss(case: &Case) -> anyhow::Result<f64> {
     let size = case.domain.max - case.domain.min;
     let interval = size.y.powi(2) * case.material.density / case.material.curve.plastic_viscosity();
     let mut flow = Flow::new(case.clone());

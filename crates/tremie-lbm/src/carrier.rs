@@ -1,0 +1,206 @@
+//! The fluid as inclusions see it.
+//!
+//! The velocity around a point is that of the step before: inclusions move with a fluid that is a step old, which changes nothing once the flow is
+//! steady, and saves to read all populations twice.
+
+use rayon::prelude::*;
+use tremie_numerics::DVec3;
+use tremie_suspension::{Carrier, Seen, Wall, Walls};
+
+use crate::delta::{Around, each_cell, line, mirrored};
+use crate::grid::Grid;
+use crate::lanes::LANES;
+use crate::lattice::{C, Q};
+use crate::real::Real;
+use crate::scaling::Scaling;
+use crate::solids::Solids;
+use crate::topology::{Boundary, EDGE, Topology};
+
+/// Share of fluid below which a point counts as being in air.
+const LEAST: f64 = 1e-3;
+
+/// Points in one pass over the lattice.
+const CHUNK: usize = 256;
+
+/// Radius in cells of the cylinder as which a line of points a cell apart moves through the fluid (measured on cylinders between plates).
+const LINE_RADIUS: f64 = 1.15;
+
+/// The fluid on the lattice in SI units.
+pub(crate) struct Lattice<'a, T: Real> {
+    pub(crate) grid: &'a mut Grid<T>,
+    pub(crate) scaling: &'a Scaling,
+    /// Lower corner of the domain in m.
+    pub(crate) corner: DVec3,
+    /// In m/s2.
+    pub(crate) gravity: DVec3,
+    /// Plastic viscosity in Pa s.
+    pub(crate) viscosity: f64,
+}
+
+impl<T: Real> Lattice<'_, T> {
+    /// Points in cells from the domain's lower corner.
+    fn on_lattice(&self, points: &[DVec3]) -> Vec<DVec3> {
+        let (corner, scale) = (self.corner, 1.0 / self.scaling.cell_size);
+        points.par_iter().map(|at| (*at - corner) * scale).collect()
+    }
+}
+
+impl<T: Real> Carrier for Lattice<'_, T> {
+    fn grain(&self) -> f64 {
+        self.scaling.cell_size
+    }
+
+    fn line_radius(&self) -> f64 {
+        LINE_RADIUS * self.scaling.cell_size
+    }
+
+    fn density(&self) -> f64 {
+        self.scaling.density
+    }
+
+    fn viscosity(&self) -> f64 {
+        self.viscosity
+    }
+
+    fn gravity(&self) -> DVec3 {
+        self.gravity
+    }
+
+    fn time_step(&self) -> f64 {
+        self.scaling.time_step
+    }
+
+    fn see(&mut self, points: &[DVec3], seen: &mut [Seen]) {
+        let points = self.on_lattice(points);
+        self.grid.see_at(&points, seen);
+        let unit = self.scaling.velocity_unit();
+        seen.par_iter_mut().for_each(|seen| seen.velocity *= unit);
+    }
+
+    fn push(&mut self, points: &[DVec3], forces: &[DVec3]) {
+        let points = self.on_lattice(points);
+        let unit = self.scaling.stress_unit() * self.scaling.cell_size.powi(2);
+        let forces: Vec<DVec3> = forces.par_iter().map(|force| *force / unit).collect();
+        self.grid.push_at(&points, &forces);
+    }
+}
+
+/// What bodies can touch: solids, walls of the domain, and planes of symmetry, beyond which their mirror images are.
+pub(crate) struct Sides<'a> {
+    pub(crate) topology: &'a Topology,
+    pub(crate) solids: &'a Solids,
+    /// Velocity in m/s of what moves a cell in a step.
+    pub(crate) unit: f64,
+}
+
+impl Walls for Sides<'_> {
+    fn nearest(&self, at: DVec3, within: f64) -> Option<Wall> {
+        let solid = self.solids.nearest_to(at, within);
+        let wall = |(distance, normal, velocity): (f64, DVec3, DVec3)| Wall {
+            distance,
+            normal,
+            velocity: self.unit * velocity,
+        };
+        let mut found = solid.map(wall);
+        let at = at - self.solids.corner();
+        for (axis, sides) in self.topology.sides.iter().enumerate() {
+            let end = self.topology.cells[axis] as f64 * self.solids.size();
+            for (side, distance, normal) in
+                [(sides[0], at[axis], DVec3::AXES[axis]), (sides[1], end - at[axis], -DVec3::AXES[axis])]
+            {
+                let velocity = match side {
+                    Boundary::Wall(velocity) => self.unit * DVec3::from(velocity),
+                    Boundary::Symmetry => DVec3::ZERO,
+                    Boundary::Periodic | Boundary::Open => continue,
+                };
+                if distance < found.map_or(within, |wall| wall.distance) {
+                    found = Some(Wall { distance, normal, velocity });
+                }
+            }
+        }
+        found
+    }
+}
+
+impl<T: Real> Grid<T> {
+    /// The cells around a point in cells from the domain's lower corner.
+    #[inline(always)]
+    pub(crate) fn near(&self, at: DVec3) -> Around<T> {
+        [0, 1, 2].map(|a| line(&self.topology, a, at[a]))
+    }
+
+    /// Makes what is seen fit the cells as they are now: after a step, cells may have become fluid or air.
+    pub(crate) fn look(&mut self) {
+        let Self { immersed, kinds, fills, front, .. } = self;
+        immersed.seen.par_iter_mut().enumerate().skip(2).for_each(|(slot, seen)| {
+            let Some(seen) = seen else { return };
+            for (row, kinds) in kinds[slot].iter().enumerate().filter(|(_, kinds)| kinds.liquid != 0xff) {
+                for (k, cell) in seen.row_mut(row).iter_mut().enumerate() {
+                    let at = row * EDGE + k;
+                    let fill = match (kinds.liquid >> k & 1, kinds.interface >> k & 1) {
+                        (1, _) => T::ONE,
+                        (_, 1) => T::from_f64(fills[slot][(0, at)].to_f64().clamp(0.0, 1.0)),
+                        _ => T::ZERO,
+                    };
+                    if cell[3] == fill {
+                        continue;
+                    }
+                    let velocity = if cell[3] > T::ZERO {
+                        [cell[0] / cell[3], cell[1] / cell[3], cell[2] / cell[3]]
+                    } else {
+                        let f: [T; Q] = std::array::from_fn(|i| front[slot][(i, at)]);
+                        let sum = |a: usize| (1..Q).map(|i| f64::from(C[i][a]) * f[i].to_f64()).sum::<f64>();
+                        [0, 1, 2].map(|a| T::from_f64(sum(a)))
+                    };
+                    *cell = [fill * velocity[0], fill * velocity[1], fill * velocity[2], fill];
+                }
+            }
+        });
+    }
+
+    /// Velocity in lattice units around each point, in cells from the domain's lower corner, and the share of what lies there that is fluid.
+    pub(crate) fn see_at(&mut self, points: &[DVec3], seen: &mut [Seen]) {
+        let mut shares = std::mem::take(&mut self.immersed.shares);
+        shares.resize(points.len(), T::ZERO);
+        let grid = &*self;
+        (points.par_chunks(CHUNK), seen.par_chunks_mut(CHUNK), shares.par_chunks_mut(CHUNK))
+            .into_par_iter()
+            .for_each(|(points, seen, shares)| {
+                for ((at, seen), share) in points.iter().zip(seen).zip(shares) {
+                    *share = grid.seen_at(*at, seen);
+                }
+            });
+        self.immersed.shares = shares;
+    }
+
+    #[inline(always)]
+    fn seen_at(&self, at: DVec3, seen: &mut Seen) -> T {
+        let mut sum = [T::ZERO; 4];
+        each_cell(
+            &self.near(at),
+            |block| self.slot_of_block(block) as usize,
+            |slot, row, k, weight, mirrors| {
+                if let Some(seen) = &self.immersed.seen[slot] {
+                    let cell = mirrored(seen.row(row)[k & (LANES - 1)], mirrors);
+                    for a in 0..4 {
+                        sum[a] += weight * cell[a];
+                    }
+                }
+            },
+        );
+        let share = sum[3].to_f64() / 64.0;
+        if share < LEAST {
+            *seen = Seen::default();
+            return T::ZERO;
+        }
+        let velocity = [0, 1, 2].map(|a| sum[a].to_f64() / sum[3].to_f64());
+        *seen = Seen { velocity: DVec3::from(velocity), share };
+        sum[3]
+    }
+
+    /// Slot of the block with these coordinates.
+    #[inline(always)]
+    pub(crate) fn slot_of_block(&self, block: [u32; 3]) -> u32 {
+        self.slot_at(block.map(|n| n as usize * EDGE))
+    }
+}

@@ -1,0 +1,208 @@
+//! Bodies in the fluid: drag, momentum, invariance.
+
+use std::f64::consts::PI;
+
+use tremie_numerics::{DQuat, DVec3};
+use tremie_simulation::{Fluid, Simulation};
+use tremie_suspension::{Coupling, Form, Inclusions, Kind, Method, Periods, Scheme, Suspension};
+
+use crate::{advance, case};
+
+/// A Newtonian fluid of 1000 kg/m3 and 1 Pa s in cells of 1 mm, full, with so many cells, the lattice viscosity and the sides given.
+fn full(
+    cells: [usize; 3],
+    viscosity: f64,
+    gravity: DVec3,
+    sides: &str,
+    precision: &str,
+) -> tremie_case::Case {
+    let [nx, ny, nz] = cells;
+    let step = viscosity * 1e-3;
+    case(&format!(
+        "[material]\ndensity = \"1000 kg/m3\"\n[material.newtonian]\nviscosity = \"1 Pa s\"\n\
+         [domain]\nmin = [\"0 mm\", \"0 mm\", \"0 mm\"]\nmax = [\"{nx} mm\", \"{ny} mm\", \"{nz} mm\"]\n\
+         gravity = [\"{} m/s2\", \"{} m/s2\", \"{} m/s2\"]\n{sides}\n\
+         [[fluid]]\nbox = {{ min = [\"0 mm\", \"0 mm\", \"0 mm\"], max = [\"{nx} mm\", \"{ny} mm\", \"{nz} mm\"] }}\n\
+         [lbm]\ncell_size = \"1 mm\"\nprecision = \"{precision}\"\nstepping = \"fixed\"\ntime_step = \"{step} s\"\n",
+        gravity.x, gravity.y, gravity.z
+    ))
+}
+
+const PERIODIC: &str = "[domain.sides]\nx_min = \"periodic\"\nx_max = \"periodic\"\ny_min = \"periodic\"\ny_max = \"periodic\"\nz_min = \"periodic\"\nz_max = \"periodic\"";
+
+fn periods(cells: [usize; 3], periodic: [bool; 3]) -> Periods {
+    Periods([0, 1, 2].map(|a| periodic[a].then_some(1e-3 * cells[a] as f64)))
+}
+
+/// One kind of bodies.
+fn of_kind(form: Form, density: f64) -> Inclusions {
+    Inclusions { kinds: vec![Kind { name: "body".into(), form, density }], ..Inclusions::default() }
+}
+
+const HELD: Method = Method { coupling: Coupling::Slender, scheme: Scheme::Implicit, held: true };
+
+/// The drag over that of Faxen (1946; Svec 2013, Eq. 3.12) on a cylinder that is held in the middle of a channel, in units of cells.
+fn drag_between_plates(diameter: f64, viscosity: f64) -> f64 {
+    let (length, height) = (96, 24);
+    let cells = [length, height, 1];
+    let sides = "[domain.sides]\nx_min = \"periodic\"\nx_max = \"periodic\"\n\
+                 z_min = \"periodic\"\nz_max = \"periodic\"";
+    let case = full(cells, viscosity, DVec3::new(1e-3, 0.0, 0.0), sides, "f64");
+    // One cell long, with a point at each end: the other half of each is its image.
+    let mut inclusions = of_kind(Form::Fibre { length: 1e-3, diameter: 1e-3 * diameter }, 1000.0);
+    inclusions.add(0, 0, DVec3::new(48.3e-3, 12e-3, 0.5e-3), DQuat::IDENTITY);
+    let suspension = Suspension::new(inclusions, HELD, DVec3::ZERO, periods(cells, [true, false, true]));
+    let mut simulation = tremie_lbm::simulation_with(&case, Some(suspension));
+    advance(&mut *simulation, (1.2 * (height * height) as f64 / viscosity) as usize);
+    let snapshot = simulation.snapshot();
+    let Fluid::Cells(cells) = snapshot.fluid;
+    // The largest speed from the flow rate, which is the same everywhere.
+    let mean = cells.velocity.iter().map(|u| u.x).sum::<f64>() / (length * height) as f64;
+    let k = diameter / height as f64;
+    let f = -k.ln() - 0.915_689_273_2 + 0.054_648_66 * k.powi(4) - 0.264_629_67 * k.powi(6);
+    let g = 1.266_539_75 * k.powi(2) - 0.918_043_3 * k.powi(4) + 1.877_101 * k.powi(6);
+    let exact = 4.0 * PI / (f + 0.792_986 * k.powi(8) + g - 4.665_49 * k.powi(8)) * 1.5 * mean;
+    snapshot.inclusions.drag[0].x / 1e-3 / exact
+}
+
+#[test]
+fn a_cylinder_between_plates_is_dragged_as_faxen_has_it() {
+    for (diameter, viscosity) in [(0.075, 0.1), (1.0, 0.01), (2.0, 0.2)] {
+        let ratio = drag_between_plates(diameter, viscosity);
+        assert!((ratio - 1.0).abs() < 0.03, "diameter {diameter}, viscosity {viscosity}: {ratio}");
+    }
+}
+
+/// The radius in cells of the sphere that would be dragged as much as one of this diameter is in a periodic box of so many cells (Hasimoto 1959).
+fn hydrodynamic_radius(diameter: f64, viscosity: f64, edge: usize) -> f64 {
+    let cells = [edge; 3];
+    let case = full(cells, viscosity, DVec3::new(1e-3, 0.0, 0.0), PERIODIC, "f64");
+    let mut inclusions = of_kind(Form::Sphere { diameter: 1e-3 * diameter }, 1000.0);
+    let middle = 0.5e-3 * edge as f64;
+    inclusions.add(0, 0, DVec3::new(middle + 0.2e-3, middle + 0.4e-3, middle + 0.1e-3), DQuat::IDENTITY);
+    let suspension = Suspension::new(inclusions, HELD, DVec3::ZERO, periods(cells, [true; 3]));
+    let mut simulation = tremie_lbm::simulation_with(&case, Some(suspension));
+    advance(&mut *simulation, (0.6 * (edge * edge) as f64 / viscosity) as usize);
+    let snapshot = simulation.snapshot();
+    let Fluid::Cells(cells) = snapshot.fluid;
+    let mean = cells.velocity.iter().map(|u| u.x).sum::<f64>() / edge.pow(3) as f64;
+    let drag = snapshot.inclusions.drag[0].x / (6.0 * PI * mean) / 1e-3;
+    // 6 pi mu a U / F = 1 - 1.7601 c^(1/3) + c - 1.5593 c^2: Newton's method from below is not needed, the left side falls.
+    let off = |a: f64| {
+        let c = 4.0 / 3.0 * PI * (a / edge as f64).powi(3);
+        drag * (1.0 - 1.7601 * c.cbrt() + c - 1.5593 * c * c) - a
+    };
+    let (mut low, mut high) = (0.0, 0.4 * edge as f64);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if off(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    low
+}
+
+#[test]
+fn a_sphere_is_as_large_as_it_is() {
+    for viscosity in [0.02, 0.05, 0.1, 0.175, 0.3] {
+        for (diameter, edge) in [(2.5, 16), (6.0, 24), (8.0, 32)] {
+            let radius = hydrodynamic_radius(diameter, viscosity, edge);
+            println!("nu {viscosity} d {diameter}: {radius:.3} {:+.3}", radius - 0.5 * diameter);
+        }
+    }
+}
+
+#[test]
+fn momentum_goes_from_the_fluid_to_the_bodies_and_none_is_lost() {
+    let cells = [24, 20, 16];
+    let case = full(cells, 0.05, DVec3::ZERO, PERIODIC, "f64");
+    let mut inclusions = of_kind(Form::Fibre { length: 6e-3, diameter: 0.1e-3 }, 7850.0);
+    inclusions.kinds.push(Kind {
+        name: "ball".into(),
+        form: Form::Sphere { diameter: 4e-3 },
+        density: 2600.0,
+    });
+    for n in 0..30 {
+        let at = |m: f64| 1e-3 * (m * f64::from(n) + 0.5);
+        let turn = DQuat::from_scaled_axis(DVec3::new(0.3, 0.7, -0.4) * f64::from(n));
+        let place = periods(cells, [true; 3]).inside(DVec3::ZERO, DVec3::new(at(7.1), at(3.3), at(5.7)));
+        inclusions.add(u16::from(n % 10 == 0), 0, place, turn);
+        inclusions.velocity[n as usize] = DVec3::new(0.05, -0.02, 0.03 * f64::from(n).sin());
+    }
+    let suspension = Suspension::new(inclusions, Method::default(), DVec3::ZERO, periods(cells, [true; 3]));
+    let mut simulation = tremie_lbm::simulation_with(&case, Some(suspension));
+    let momentum = |simulation: &dyn Simulation| {
+        let snapshot = simulation.snapshot();
+        let Fluid::Cells(cells) = &snapshot.fluid;
+        let step = simulation.time_step();
+        let unit = 1000.0 * (1e-3 / step).powi(2);
+        let fluid: DVec3 = cells
+            .velocity
+            .iter()
+            .zip(&cells.pressure)
+            .map(|(u, p)| 1000.0 * (1.0 + 3.0 * p / unit) * 1e-9 * *u)
+            .sum();
+        let bodies = &snapshot.inclusions;
+        let mass = |n: usize| bodies.kinds[usize::from(bodies.kind[n])].density * bodies.form(n).volume();
+        let own: DVec3 = (0..bodies.len()).map(|n| mass(n) * bodies.velocity[n]).sum();
+        // A snapshot shows the fluid with half of the forces that it got last once more.
+        let drag: DVec3 = bodies.drag.iter().sum();
+        [fluid + 0.5 * step * drag, own]
+    };
+    let before = momentum(&*simulation);
+    advance(&mut *simulation, 400);
+    let after = momentum(&*simulation);
+    let all = before[1].length();
+    assert!(
+        (after[1] - before[1]).length() > 0.5 * all,
+        "bodies have hardly been slowed: {before:?} {after:?}"
+    );
+    assert!((after[0] + after[1] - before[0] - before[1]).length() < 1e-11 * all, "{before:?} {after:?}");
+}
+
+/// A column of mortar with fibres and balls that collapses, seen from its corner between two planes of symmetry.
+fn collapse() -> (tremie_case::Case, Suspension) {
+    let case = case(
+        "[material]\ndensity = \"2300 kg/m3\"\n\
+         [material.bingham]\nyield_stress = \"20 Pa\"\nplastic_viscosity = \"10 Pa s\"\n\
+         [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"0.3 m\", \"0.2 m\", \"0.2 m\"]\n\
+         [domain.sides]\nx_min = \"symmetry\"\ny_min = \"symmetry\"\nz_max = \"open\"\n\
+         [[fluid]]\nbox = { min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"0.1 m\", \"0.1 m\", \"0.15 m\"] }\n\
+         [lbm]\ncell_size = \"10 mm\"\n",
+    );
+    let mut inclusions = of_kind(Form::Fibre { length: 0.06, diameter: 0.75e-3 }, 7850.0);
+    inclusions.kinds.push(Kind {
+        name: "stone".into(),
+        form: Form::Sphere { diameter: 0.025 },
+        density: 2600.0,
+    });
+    for n in 0..40 {
+        let at = |m: f64| 0.03 + 0.04 * (m * f64::from(n)).fract();
+        let turn = DQuat::from_scaled_axis(DVec3::new(1.3, 0.7, -0.4) * f64::from(n));
+        inclusions.add(u16::from(n % 8 == 0), 1, DVec3::new(at(0.618), at(0.414), 1.7 * at(0.732)), turn);
+    }
+    (case, Suspension::new(inclusions, Method::default(), DVec3::ZERO, Periods::default()))
+}
+
+#[test]
+fn bodies_move_the_same_on_any_threads_and_after_a_restart() {
+    let run = |threads: usize, stop: Option<usize>| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let (case, suspension) = collapse();
+            let mut simulation = tremie_lbm::simulation_with(&case, Some(suspension));
+            if let Some(stop) = stop {
+                advance(&mut *simulation, stop);
+                let saved = simulation.save();
+                simulation = tremie_lbm::simulation_with(&case, Some(collapse().1));
+                simulation.restore(&saved).unwrap();
+                advance(&mut *simulation, 300 - stop);
+            } else {
+                advance(&mut *simulation, 300);
+            }
+            simulation.snapshot()
+        })
+    };
+    let one = run(1, None);
+    assert!(one.inclusions.velocity.iter().all(|v| v.is_finite() && v.length() > 1e-4));
+    assert_eq!(one.inclusions, run(2, None).inclusions);
+    assert!(one == run(2, Some(137)), "after a restart");
+}
