@@ -6,6 +6,7 @@ use std::sync::Arc;
 use tremie_geometry::mesh::ClosedMesh;
 use tremie_geometry::{Body, Face, Motion, Shape};
 use tremie_numerics::{DVec2, DVec3};
+use tremie_rheology::bars::BarGrid;
 use tremie_rheology::{FlowCurve, Thixotropy};
 use tremie_suspension::Inclusions;
 
@@ -39,6 +40,8 @@ pub struct Case {
     pub inclusions: Inclusions,
     /// How they are followed.
     pub following: Following,
+    /// Where bars stand that are too thin for the cells; cages may overlap each other and reach beyond the domain.
+    pub cages: Vec<Cage>,
     /// The meshes that solids are made from, in the order in which the case names them.
     pub meshes: Vec<MeshFile>,
     /// All files that the case names.
@@ -193,6 +196,50 @@ impl Solid {
         let (min, max) = self.body.bounds();
         let (low, high) = self.motion.range(start, end);
         (min + low, max + high)
+    }
+}
+
+/// Bars that are not seen one by one but by their drag on the fluid that flows through: a porous zone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cage {
+    /// What its readings are called; no solid has the same name.
+    pub name: String,
+    /// Where it is.
+    pub body: Body,
+    /// Its bars, each layer with its own direction; at least one.
+    pub layers: Vec<Layer>,
+}
+
+/// Bars of one direction, all over a cage.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Layer {
+    /// The way they go.
+    pub course: Course,
+    /// How thick they are and how far apart.
+    pub grid: BarGrid,
+}
+
+/// The way bars go.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Course {
+    /// Along this unit vector.
+    Straight(DVec3),
+    /// As hoops around the axis through a point in m along a unit vector.
+    Around {
+        /// A point of the axis.
+        point: DVec3,
+        /// Its direction.
+        axis: DVec3,
+    },
+}
+
+impl Course {
+    /// Unit vector along the bars at a place in m; none on the axis of hoops.
+    pub fn at(&self, place: DVec3) -> Option<DVec3> {
+        match *self {
+            Self::Straight(direction) => Some(direction),
+            Self::Around { point, axis } => axis.cross(place - point).try_normalize(),
+        }
     }
 }
 

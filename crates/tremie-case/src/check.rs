@@ -5,8 +5,8 @@ use tremie_numerics::DVec3;
 use tremie_rheology::{FlowCurve, Regularisation};
 
 use crate::case::{
-    AboveFill, Case, Collision, Domain, FluidRegion, Inlet, Lattice, Lbm, Method, PressureGauge, Side, Solid,
-    Stepping, Surface,
+    AboveFill, Cage, Case, Collision, Course, Domain, FluidRegion, Inlet, Lattice, Lbm, Method,
+    PressureGauge, Side, Solid, Stepping, Surface,
 };
 use crate::document::Document;
 use crate::fault::Fault;
@@ -64,6 +64,9 @@ pub(crate) fn check(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
     }
     for (index, solid) in case.solids.iter().enumerate() {
         self::solid(solid, &solid_path(index, document), case, document)?;
+    }
+    for (index, cage) in case.cages.iter().enumerate() {
+        self::cage(cage, &format!("cage.{index}"), &case.domain, document)?;
     }
     structure(case, document)?;
     names(case, document)?;
@@ -181,6 +184,7 @@ fn scheme(lbm: &Lbm, case: &Case, document: &Document<'_>) -> Result<(), Fault> 
     }
     let unknown = [
         ("solids", !case.solids.is_empty()),
+        ("cages", !case.cages.is_empty()),
         ("inlets", !case.inlets.is_empty()),
         ("outlets and open sides", case.has_outlets()),
         ("batches", !case.batches().is_empty()),
@@ -424,9 +428,10 @@ fn names(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
     let lights = gauges.light.iter().enumerate().map(|(n, gauge)| (gauge.name.as_str(), within("light", n)));
     let pressures =
         gauges.pressure.iter().enumerate().map(|(n, gauge)| (gauge.name.as_str(), within("pressure", n)));
-    // The stop rule knows fronts and lights by their names alone.
+    let cages = case.cages.iter().enumerate().map(|(n, cage)| (cage.name.as_str(), format!("cage.{n}")));
+    // Solids and cages have columns in the same table; the stop rule knows fronts and lights by their names alone.
     let groups: [(&str, Vec<(&str, String)>); 4] = [
-        ("solids", solids.collect()),
+        (if case.cages.is_empty() { "solids" } else { "solids or cages" }, solids.chain(cages).collect()),
         ("level gauges", levels.collect()),
         ("front and light gauges", fronts.chain(lights).collect()),
         ("pressure gauges", pressures.collect()),
@@ -457,7 +462,7 @@ fn names(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
                 &format!("{}.with", within("light", n)),
                 "solid",
                 with,
-                &groups[0].1,
+                &groups[0].1[..case.solids.len()],
                 document,
             ));
         }
@@ -465,7 +470,7 @@ fn names(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
     for (n, gauge) in gauges.pressure.iter().enumerate() {
         if gauge.side().is_none() && !case.solids.iter().any(|solid| solid.name == gauge.wall) {
             let sides = SIDE_KEYS.iter().map(|key| (*key, String::new()));
-            let walls: Vec<_> = sides.chain(groups[0].1.iter().cloned()).collect();
+            let walls: Vec<_> = sides.chain(groups[0].1[..case.solids.len()].iter().cloned()).collect();
             let path = format!("{}.wall", within("pressure", n));
             return Err(unknown(&path, "side or solid", &gauge.wall, &walls, document));
         }
@@ -493,6 +498,28 @@ fn solid(solid: &Solid, path: &str, case: &Case, document: &Document<'_>) -> Res
     forwards(&solid.motion, path, document)?;
     let problem = "this solid lies outside the domain from the start to the end of the run";
     meets(solid.swept(0.0, case.stop.time), &case.domain, problem, path, document)
+}
+
+/// A cage has a volume in the domain, and its bars go somewhere.
+fn cage(cage: &Cage, path: &str, domain: &Domain, document: &Document<'_>) -> Result<(), Fault> {
+    if let Body::Shape(region) = &cage.body {
+        shape(region, path, document)?;
+    }
+    meets(cage.body.bounds(), domain, "this cage lies outside the domain", path, document)?;
+    for (index, layer) in cage.layers.iter().enumerate() {
+        let (direction, key) = match layer.course {
+            Course::Straight(direction) => (direction, "direction"),
+            Course::Around { axis, .. } => (axis, "around.axis"),
+        };
+        if direction == DVec3::ZERO {
+            return Err(Fault::new(
+                document.locate(&format!("{path}.layers.{index}.{key}")),
+                "the bars go nowhere: this is no direction",
+                "write [0, 0, 1] for upright, say",
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// An inlet looks somewhere, is large enough for the cells, begins before it ends, and is in the domain at some time.
@@ -624,7 +651,7 @@ fn bars(body: &Body, path: &str, case: &Case, document: &Document<'_>) -> Result
             first + 1,
             tidy(thickness(&bars.bodies()[first]))
         ),
-        "write smaller cells, half as large as the bars at most, or thicker bars",
+        "write smaller cells, half as large as the bars at most, or a [[cage]] in place of the bars",
     )
     .related(document.find("lbm.cell_size"), "the cell size"))
 }

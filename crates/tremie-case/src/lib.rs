@@ -23,9 +23,10 @@ mod suggestion;
 pub mod units;
 
 pub use case::{
-    AboveFill, Case, Collision, Domain, FillingGauge, FluidRegion, FrontGauge, Gauges, Inlet, Lattice, Lbm,
-    LevelGauge, LightGauge, Material, MeshFile, Method, NamedFile, Outlet, Output, Precision, Preset,
-    PressureGauge, Rest, Role, Side, Solid, SpreadGauge, Stepping, Stop, Surface, Textbook,
+    AboveFill, Cage, Case, Collision, Course, Domain, FillingGauge, FluidRegion, FrontGauge, Gauges, Inlet,
+    Lattice, Layer, Lbm, LevelGauge, LightGauge, Material, MeshFile, Method, NamedFile, Outlet, Output,
+    Precision, Preset, PressureGauge, Rest, Role, Side, Solid, SpreadGauge, Stepping, Stop, Surface,
+    Textbook,
 };
 pub use fault::{CaseError, InvalidCase};
 pub use inclusions::{Following, InclusionGroup};

@@ -9,14 +9,15 @@ use std::f64::consts::TAU;
 use serde_json::{Value as Json, json};
 use tremie_geometry::{Body, Face, Motion, Outline, Shape, Union, Waypoint};
 use tremie_numerics::{DVec2, DVec3};
+use tremie_rheology::bars::{BarGrid, CLOSEST};
 use tremie_rheology::{FlowCurve, Regularisation, Thixotropy};
 use tremie_suspension::Inclusions;
 
 use crate::bars;
 use crate::case::{
-    AboveFill, Case, Collision, Domain, FillingGauge, FluidRegion, FrontGauge, Gauges, Inlet, Lattice, Lbm,
-    LevelGauge, LightGauge, Material, Method, Outlet, Output, Precision, Preset, PressureGauge, Rest, Role,
-    Side, Solid, SpreadGauge, Stepping, Stop, Surface,
+    AboveFill, Cage, Case, Collision, Course, Domain, FillingGauge, FluidRegion, FrontGauge, Gauges, Inlet,
+    Lattice, Layer, Lbm, LevelGauge, LightGauge, Material, Method, Outlet, Output, Precision, Preset,
+    PressureGauge, Rest, Role, Side, Solid, SpreadGauge, Stepping, Stop, Surface,
 };
 use crate::describe::object;
 use crate::document::{
@@ -80,6 +81,11 @@ const CASE: Section<Case> = {
         maybe("inclusions", "aggregates and fibres in the fluid at the start", List(inclusions::GROUP));
     const FOLLOWING_KEY: Or<Section<Following>> =
         or("suspension", "{}", "how inclusions are followed", inclusions::FOLLOWING);
+    const CAGE_KEY: Maybe<List<Section<Cage>>> = maybe(
+        "cage",
+        "bars too thin for the cells: regions in which they hold the fluid up by their drag; they may overlap",
+        List(CAGE),
+    );
     const GAUGES_KEY: Need<Section<Gauges>> = need("gauges", "what is measured", GAUGES);
     const STOP_KEY: Need<Section<Stop>> = need("stop", "when the run ends", STOP);
     const OUTPUT_KEY: Or<Section<Output>> = or("output", "{}", "what is written", OUTPUT);
@@ -97,6 +103,7 @@ const CASE: Section<Case> = {
             &BARS_KEY,
             &GROUPS_KEY,
             &FOLLOWING_KEY,
+            &CAGE_KEY,
             &GAUGES_KEY,
             &STOP_KEY,
             &OUTPUT_KEY,
@@ -111,11 +118,13 @@ const CASE: Section<Case> = {
                 fluid: t.maybe(&FLUID_KEY)?.unwrap_or_default(),
                 inlets: t.maybe(&INLET_KEY)?.unwrap_or_default(),
                 outlets: t.maybe(&OUTLET_KEY)?.unwrap_or_default(),
-                solids: [numbered(t.maybe(&SOLID_KEY)?, "solid"), numbered(t.maybe(&BARS_KEY)?, "bars")]
+                solids: [(t.maybe(&SOLID_KEY)?, "solid"), (t.maybe(&BARS_KEY)?, "bars")]
+                    .map(|(solids, what)| called(solids, what, |solid| &mut solid.name))
                     .concat(),
                 groups: t.maybe(&GROUPS_KEY)?.unwrap_or_default(),
                 inclusions: Inclusions::default(),
                 following: t.or(&FOLLOWING_KEY)?,
+                cages: called(t.maybe(&CAGE_KEY)?, "cage", |cage| &mut cage.name),
                 gauges: t.need(&GAUGES_KEY)?,
                 stop: t.need(&STOP_KEY)?,
                 output: t.or(&OUTPUT_KEY)?,
@@ -134,13 +143,16 @@ const CASE: Section<Case> = {
     }
 };
 
-/// Solids, of which those without a name are called after what they are and their number.
-fn numbered(solids: Option<Vec<Solid>>, what: &str) -> Vec<Solid> {
-    let mut solids = solids.unwrap_or_default();
-    for (n, solid) in solids.iter_mut().enumerate().filter(|(_, solid)| solid.name.is_empty()) {
-        solid.name = format!("{what}{}", n + 1);
+/// Things of which those without a name are called after what they are and their number.
+fn called<T>(things: Option<Vec<T>>, what: &str, name: impl Fn(&mut T) -> &mut String) -> Vec<T> {
+    let mut things = things.unwrap_or_default();
+    for (n, thing) in things.iter_mut().enumerate() {
+        let name = name(thing);
+        if name.is_empty() {
+            *name = format!("{what}{}", n + 1);
+        }
     }
-    solids
+    things
 }
 
 const MATERIAL: Section<Material> = {
@@ -1153,6 +1165,82 @@ const BAR_FILE: Section<Body> = {
             let path = t.need(&FILE)?;
             let (.., length) = t.need(&DRAWING_UNIT)?;
             bars::read(&t.value("file").unwrap_or_else(|| t.itself()), &path, *length)
+        },
+    }
+};
+
+const CAGE: Section<Cage> = {
+    const LAYERS: Need<List<Section<Layer>>> =
+        need("layers", "its bars: a layer for each direction; their drags add up", List(LAYER));
+    Section {
+        keys: &[&NAME, &SOLID_SHAPES, &LAYERS],
+        example: &[
+            "box = { min = [\"0.2 m\", \"0 m\", \"0 m\"], max = [\"0.3 m\", \"0.4 m\", \"0.3 m\"] }",
+            "layers = [{ direction = [0, 0, 1], diameter = \"12 mm\", spacing = \"100 mm\" }]",
+        ],
+        read: |t| {
+            Ok(Cage {
+                name: t.maybe(&NAME)?.unwrap_or_default(),
+                body: t.one_of(&SOLID_SHAPES)?,
+                layers: t.need(&LAYERS)?,
+            })
+        },
+    }
+};
+
+const ANY_DIRECTION: Vector<3> = Vector(quantity(Dimension::NUMBER, Bound::Any, "1"));
+
+const LAYER: Section<Layer> = {
+    const STRAIGHT: Maybe<Vector<3>> = maybe("direction", "direction of straight bars", ANY_DIRECTION);
+    const HOOPS: Maybe<Section<Course>> =
+        maybe("around", "of hoops or a spiral instead: the axis that they go round", AXIS_OF_HOOPS);
+    const COURSE: Rule = Rule("oneOf", ["direction", "around"]);
+    const SPACING: Need<Quantity> = need(
+        "spacing",
+        "distance between axes of bars that stand on a square grid, at least twice the diameter; for others, the root of \
+         the area for each",
+        LENGTH,
+    );
+    Section {
+        keys: &[&STRAIGHT, &HOOPS, &COURSE, &DIAMETER, &SPACING],
+        example: &["direction = [0, 0, 1]", "diameter = \"12 mm\"", "spacing = \"100 mm\""],
+        read: |t| {
+            let course = match (t.maybe(&STRAIGHT)?, t.maybe(&HOOPS)?) {
+                // Zero where there is no direction, which `check` refuses.
+                (Some(direction), None) => Course::Straight(DVec3::from(direction).normalize_or_zero()),
+                (None, Some(hoops)) => hoops,
+                (None, None) => {
+                    let help = "add direction = [0, 0, 1], say";
+                    return Err(t.itself().fault("does not say which way the bars go", "").help(help));
+                }
+                (Some(_), Some(_)) => {
+                    let around = t.value("around").unwrap_or_else(|| t.itself());
+                    return Err(around.fault("says again which way the bars go", "keep only one of them"));
+                }
+            };
+            let (diameter, spacing) = (t.need(&DIAMETER)?, t.need(&SPACING)?);
+            if spacing < CLOSEST * diameter {
+                let value = t.value("spacing").unwrap_or_else(|| t.itself());
+                let advice = format!(
+                    "write \"{} m\" at least, or use [[bars]] and cells that see them",
+                    CLOSEST * diameter
+                );
+                return Err(value.fault("is less than two diameters, too little for a cage", advice));
+            }
+            Ok(Layer { course, grid: BarGrid::new(diameter, spacing) })
+        },
+    }
+};
+
+const AXIS_OF_HOOPS: Section<Course> = {
+    const ON_AXIS: Need<Vector<3>> = need("point", "a point on the axis", POINT);
+    const AXIS: Need<Vector<3>> = need("axis", "direction of the axis", ANY_DIRECTION);
+    Section {
+        keys: &[&ON_AXIS, &AXIS],
+        example: &["point = [\"0.5 m\", \"0.5 m\", \"0 m\"]", "axis = [0, 0, 1]"],
+        read: |t| {
+            let (point, axis) = (t.need(&ON_AXIS)?.into(), DVec3::from(t.need(&AXIS)?));
+            Ok(Course::Around { point, axis: axis.normalize_or_zero() })
         },
     }
 };

@@ -123,6 +123,18 @@ impl Carried {
         }
     }
 
+    /// Share of a batch in all that a cell holds by now, before [`Grid::find_values`] has told.
+    pub(crate) fn mixed(&self, (slot, cell): Cell, batch: usize) -> f64 {
+        let Block { amounts, values, .. } = &self.blocks[slot];
+        let mass = amounts[cell];
+        let share = if mass > LEAST {
+            amounts[(batch + 1) * CELLS + cell] / mass
+        } else {
+            values[batch * CELLS + cell]
+        };
+        share.clamp(SHARE[0], SHARE[1])
+    }
+
     fn mass(&self, (slot, cell): Cell) -> f64 {
         self.blocks[slot].amounts[cell]
     }

@@ -128,7 +128,7 @@ pub(crate) enum Held<T> {
 impl<T: Number> Held<T> {
     /// Fill (mass over density, between 0 and 1) and resistance of a cell of this density.
     #[inline(always)]
-    fn fill_and_resistance(self, density: T) -> [T; 2] {
+    pub(crate) fn fill_and_resistance(self, density: T) -> [T; 2] {
         match self {
             Self::Whole => [T::ONE, T::ONE],
             Self::Partly { mass, least } => {

@@ -3,6 +3,7 @@
 //! Populations are kept twice, those that a step reads (`front`) and those that it writes (`back`), so that every cell
 //! writes only itself and no order of work can change the result. Everything else is kept once.
 
+use crate::cage::Cages;
 use crate::carried::Carried;
 use crate::immersed::Immersed;
 use crate::inlet::Inlets;
@@ -111,6 +112,8 @@ pub(crate) struct Grid<T: Real> {
     pub(crate) carried: Carried,
     /// What inclusions see of the fluid and do to it.
     pub(crate) immersed: Immersed<T>,
+    /// Bars too thin for the cells.
+    pub(crate) cages: Cages,
     /// Blocks whose surroundings changed since their rows were last sorted into bulk and surface.
     pub(crate) stale: Vec<bool>,
     /// Cells that hold fluid.
@@ -124,6 +127,7 @@ impl<T: Real> Grid<T> {
         inlets: Inlets,
         carried: Carried,
         immersed: Immersed<T>,
+        cages: Cages,
     ) -> Self {
         let blocks = topology.blocks.iter().product();
         let mut grid = Self {
@@ -142,6 +146,7 @@ impl<T: Real> Grid<T> {
             mass: Vec::new(),
             carried,
             immersed,
+            cages,
             stale: Vec::new(),
             wet: 0,
         };
@@ -165,6 +170,7 @@ impl<T: Real> Grid<T> {
         self.mass.push(bytemuck::allocation::zeroed_box());
         self.carried.push();
         self.immersed.push_slot();
+        self.cages.push();
         self.stale.push(false);
         (self.used.len() - 1) as u32
     }
@@ -222,6 +228,7 @@ impl<T: Real> Grid<T> {
         self.links[slot].last = last[0] as u8;
         self.links[slot].place = place.map(|p| p as u32);
         self.solids.forget(slot);
+        self.cages.enter(slot, &self.links[slot]);
         self.link(slot);
     }
 
@@ -278,7 +285,8 @@ impl<T: Real> Grid<T> {
     /// An empty grid of the same case with its blocks in the same slots as saved by [`Grid::layout`]; `None` if these are impossible.
     pub(crate) fn restored(&self, places: &[u32], free: &[u32]) -> Option<Self> {
         let (solids, inlets, carried) = (self.solids.clone(), self.inlets.clone(), self.carried.emptied());
-        let mut grid = Self::new(self.topology.clone(), solids, inlets, carried, self.immersed.emptied());
+        let (immersed, cages) = (self.immersed.emptied(), self.cages.emptied());
+        let mut grid = Self::new(self.topology.clone(), solids, inlets, carried, immersed, cages);
         for place in places.chunks_exact(3) {
             let slot = grid.push() as usize;
             if place == [u32::MAX; 3] {
@@ -354,6 +362,7 @@ impl<T: Real> Grid<T> {
         self.len() * block
             + self.carried.bytes()
             + self.immersed.bytes()
+            + self.cages.bytes()
             + self.slot_of.len() * size_of::<u32>()
     }
 }

@@ -14,6 +14,7 @@
 
 mod adapt;
 mod ahead;
+mod cage;
 mod carried;
 mod carrier;
 mod collision;

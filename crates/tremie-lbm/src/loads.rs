@@ -40,6 +40,8 @@ pub(crate) struct Loads {
     pub(crate) sides: [[DVec3; 2]; 6],
     /// The same on each solid.
     pub(crate) solids: Vec<[DVec3; 2]>,
+    /// The same on the bars of each cage.
+    pub(crate) cages: Vec<[DVec3; 2]>,
     /// Pieces of wall.
     pub(crate) faces: Vec<Face>,
 }
@@ -59,13 +61,21 @@ pub(crate) struct Face {
 }
 
 impl Loads {
-    pub(crate) fn new(solids: usize) -> Self {
-        Self { solids: vec![[DVec3::ZERO; 2]; solids], ..Self::default() }
+    pub(crate) fn new(solids: usize, cages: usize) -> Self {
+        let none = |n: usize| vec![[DVec3::ZERO; 2]; n];
+        Self { solids: none(solids), cages: none(cages), ..Self::default() }
+    }
+
+    /// Adds what a cage bears at a place.
+    pub(crate) fn bear_cage(&mut self, cage: usize, force: DVec3, at: DVec3) {
+        push(&mut self.cages[cage], force, at);
     }
 
     /// Adds those of another part of the grid.
     pub(crate) fn add(&mut self, other: Self) {
-        let pairs = self.sides.iter_mut().zip(other.sides).chain(self.solids.iter_mut().zip(other.solids));
+        let sides = self.sides.iter_mut().zip(other.sides);
+        let solids = self.solids.iter_mut().zip(other.solids);
+        let pairs = sides.chain(solids).chain(self.cages.iter_mut().zip(other.cages));
         for (load, more) in pairs {
             load[0] += more[0];
             load[1] += more[1];

@@ -48,9 +48,9 @@ impl<T: Real> Grid<T> {
         !self.topology.outlets.is_empty() && self.topology.drains(self.links[slot].coordinates(cell))
     }
 
-    /// Takes out what has come into outlets.
-    pub(crate) fn drain(&mut self) -> Amount {
-        let mut out = Amount::default();
+    /// Takes out what has come into outlets: all of it, and of each of so many batches.
+    pub(crate) fn drain(&mut self, batches: usize) -> Vec<Amount> {
+        let mut out = vec![Amount::default(); 1 + batches];
         if self.topology.outlets.is_empty() {
             return out;
         }
@@ -71,8 +71,11 @@ impl<T: Real> Grid<T> {
                 if excess > 0.0 {
                     let f: [T; Q] = std::array::from_fn(|i| self.front[slot][(i, cell)]);
                     let density = 1.0 + density_and_momentum(&f).0;
-                    out.mass += excess;
-                    out.volume += excess / density;
+                    let shares = (0..batches).map(|batch| self.carried.mixed((slot, cell), batch));
+                    for (out, share) in out.iter_mut().zip(std::iter::once(1.0).chain(shares)) {
+                        out.mass += excess * share;
+                        out.volume += excess / density * share;
+                    }
                     self.mass[slot][cell] = LEFT;
                     self.fills[slot][(0, cell)] = T::from_f64(LEFT / density);
                 }

@@ -1,7 +1,7 @@
 //! What lies around the rows of a block, kept until it changes.
 //!
 //! Most rows of a body of fluid touch only liquid ("bulk"): they need nothing but populations. All others ("surface")
-//! touch air, walls or interface, or hold interface themselves; for these the kinds of the cells around are kept as
+//! touch air, walls or interface, hold interface themselves, or lie in a cage; for these the kinds of the cells around are kept as
 //! bits, one byte for each velocity.
 //!
 //! An interface cell with no air beside it holds a void that fluid has closed over, as a front does that rolls on
@@ -71,6 +71,8 @@ pub(crate) struct SurfaceRow {
     pub(crate) any_immersed: u8,
     /// Cells at a flat wall, for each face.
     pub(crate) flat: [u8; 6],
+    /// Whether any cell lies in a cage.
+    pub(crate) caged: bool,
     /// What the cells are in contact with, if that stays as it is. (Distances from a drawing of many facets are dear.)
     pub(crate) contacts: Option<Box<Contacts>>,
 }
@@ -117,8 +119,8 @@ fn own_images(links: &Links, beside: &Beside, c: [i32; 3]) -> u8 {
 }
 
 impl Rows {
-    /// Sorts the rows of one block.
-    fn sort(&mut self, all: &[[Kinds; ROWS]], links: &Links, solids: &Solids, slot: usize) {
+    /// Sorts the rows of one block, those that lie in cages (`caged`, a bit each) to those of the surface.
+    fn sort(&mut self, all: &[[Kinds; ROWS]], links: &Links, solids: &Solids, caged: u64, slot: usize) {
         self.bulk.clear();
         self.surface.clear();
         for row in 0..ROWS {
@@ -143,6 +145,7 @@ impl Rows {
                 any_solid: 0,
                 any_immersed: 0,
                 flat: [0; 6],
+                caged: caged >> row & 1 == 1,
                 contacts: None,
             };
             let mut wet_around = 0xff;
@@ -171,7 +174,7 @@ impl Rows {
             for i in 1..Q {
                 found.missing[i] |= found.interface[i] & trapped;
             }
-            if kinds.liquid & wet_around == 0xff {
+            if kinds.liquid & wet_around == 0xff && !found.caged {
                 self.bulk.push(BulkRow { row: row as u8, beside: found.beside });
             } else {
                 self.surface.push(found);
@@ -189,11 +192,11 @@ impl<T: Real> Grid<T> {
     /// Sorts the rows of all blocks whose surroundings changed.
     pub(crate) fn sort_rows(&mut self, rows: &mut Vec<Rows>) {
         rows.resize(self.len(), Rows::default());
-        let Self { solids, kinds, links, used, stale, .. } = self;
+        let Self { solids, kinds, links, used, stale, cages, .. } = self;
         let sort = |(slot, (rows, stale)): (usize, (&mut Rows, &mut bool))| {
             if std::mem::take(stale) {
                 if used[slot] {
-                    rows.sort(kinds, &links[slot], solids, slot);
+                    rows.sort(kinds, &links[slot], solids, cages.block(slot).rows(), slot);
                 } else {
                     *rows = Rows::default();
                 }

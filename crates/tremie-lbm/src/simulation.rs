@@ -7,6 +7,7 @@ use tremie_simulation::{Breakdown, Load, RestoreError, Simulation, Snapshot};
 use tremie_suspension::Suspension;
 
 use crate::adapt::{INTERVAL, Look, Watch};
+use crate::cage::Cages;
 use crate::carried::Carried;
 use crate::carrier::{Lattice, Sides};
 use crate::fluid::Fluid;
@@ -122,7 +123,8 @@ fn grid<T: Real>(case: &Case, scaling: &Scaling, immersed: bool) -> Grid<T> {
     let structured = case.material.thixotropy.is_some();
     let carried = Carried::new(batches.len(), structured, case.inlets.iter().map(inflow).collect());
     let immersed = Immersed::new(immersed);
-    Grid::new(topology(case, scaling), Solids::new(case, scaling), Inlets::new(case), carried, immersed)
+    let (solids, inlets, cages) = (Solids::new(case, scaling), Inlets::new(case), Cages::new(case, scaling));
+    Grid::new(topology(case, scaling), solids, inlets, carried, immersed, cages)
 }
 
 /// What drives and resists, for a length of the time step.
@@ -147,7 +149,7 @@ impl<T: Real> LatticeBoltzmann<T> {
             fluid: fluid(case, &scaling),
             rows: Vec::new(),
             findings: Vec::new(),
-            ledger: Ledger::default(),
+            ledger: Ledger { drained_of: vec![Amount::default(); case.batches().len()], ..Ledger::default() },
             suspension,
             inflow: vec![Inflow::default(); case.inlets.len()],
             mass: 0.0,
@@ -290,6 +292,12 @@ impl<T: Real> LatticeBoltzmann<T> {
         (0..self.case.batches().len()).map(|batch| self.grid.carried_amount(batch) * unit).collect()
     }
 
+    /// Mass in kg of each of them that has left.
+    pub fn batches_out(&self) -> Vec<f64> {
+        let unit = self.scaling.density * self.scaling.cell_size.powi(3);
+        self.ledger.drained_of.iter().map(|out| out.mass * unit).collect()
+    }
+
     /// Mass of the fluid in kg, to see how well it is kept.
     pub fn mass(&self) -> f64 {
         self.lattice_mass() * self.scaling.density * self.scaling.cell_size.powi(3)
@@ -378,6 +386,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         self.scaling.time_step *= factor;
         self.fluid = fluid(&self.case, &self.scaling);
         self.grid.topology = topology(&self.case, &self.scaling);
+        self.grid.cages.rescale(&self.scaling);
         self.grid.reweigh();
     }
 
@@ -403,11 +412,15 @@ impl<T: Real> LatticeBoltzmann<T> {
         let poured = self.grid.poured(&self.grid.back);
         self.grid.carry(&self.rows, &poured);
         let poured: f64 = poured.iter().map(|(_, _, mass)| mass).sum();
-        let out = self.grid.drain();
+        let batches = self.ledger.drained_of.len();
+        let out = self.grid.drain(batches);
         self.ledger.poured += poured;
-        self.ledger.drained.mass += out.mass;
-        self.ledger.drained.volume += out.volume;
-        self.mass += poured - out.mass;
+        let drained = std::iter::once(&mut self.ledger.drained).chain(&mut self.ledger.drained_of);
+        for (drained, out) in drained.zip(&out) {
+            drained.mass += out.mass;
+            drained.volume += out.volume;
+        }
+        self.mass += poured - out[0].mass;
     }
 
     /// Lets the fluid build up structure and lose it by shear.
@@ -553,7 +566,8 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             "swept": self.ledger.swept,
             "poured": self.ledger.poured,
             "pressed": self.ledger.pressed,
-            "drained": [[self.ledger.drained.mass, self.ledger.drained.volume]],
+            "drained": std::iter::once(&self.ledger.drained).chain(&self.ledger.drained_of)
+                .map(|out| [out.mass, out.volume]).collect::<Vec<_>>(),
             "rises": self.grid.rises(),
             "inflow": self.inflow.iter().map(|inflow| [inflow.whole, inflow.volume]).collect::<Vec<_>>(),
         });
@@ -611,13 +625,18 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         let pairs = |name: &str| -> Result<Vec<[f64; 2]>, RestoreError> {
             serde_json::from_value(state.header[name].clone()).map_err(|_| missing(name))
         };
-        let [drained] = pairs("drained")?[..] else { return Err(missing("drained")) };
+        let drained = pairs("drained")?.into_iter().map(|[mass, volume]| Amount { mass, volume });
+        let drained: Vec<Amount> = drained.collect();
+        if drained.len() != 1 + self.ledger.drained_of.len() {
+            return Err(missing("drained"));
+        }
         let ledger = Ledger {
             stranded: count("stranded")?,
             waiting: number("waiting")?,
             swept: number("swept")?,
             poured: number("poured")?,
-            drained: Amount { mass: drained[0], volume: drained[1] },
+            drained: drained[0],
+            drained_of: drained[1..].to_vec(),
             pressed: number("pressed")?,
         };
         let inflow: Vec<Inflow> =
@@ -632,6 +651,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         self.fluid = fluid(&self.case, &self.scaling);
         self.grid = grid;
         self.grid.topology = topology(&self.case, &self.scaling);
+        self.grid.cages.rescale(&self.scaling);
         self.rows.clear();
         self.findings.clear();
         self.arrange();

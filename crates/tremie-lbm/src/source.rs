@@ -1,13 +1,19 @@
 //! What the work on one block reads: its own values and those of the blocks around it, row by row.
 
+use tremie_numerics::DVec3;
+
+use crate::cage::{Arrived, Block, Cages};
+use crate::collision::{Drive, Held, density_and_momentum, moments};
 use crate::grid::Field;
 use crate::immersed::Vectors;
 use crate::inlet::Inlets;
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, MIRROR, Q, each_pair};
+use crate::loads::Loads;
 use crate::real::{Number, Real};
 use crate::rows::{Beside, upstream};
 use crate::solids::Solids;
+use crate::together::Pushes;
 use crate::topology::{Links, Topology};
 use crate::values::Values;
 
@@ -102,6 +108,8 @@ pub(crate) struct Source<'a, T: Real> {
     pub(crate) structure: &'a [f64],
     /// Forces on the block's cells, where any push.
     pushes: Option<&'a Vectors<T>>,
+    /// The cages in the block, where there are any.
+    cages: Option<Block<'a>>,
 }
 
 impl<'a, T: Real> Source<'a, T> {
@@ -131,6 +139,7 @@ impl<'a, T: Real> Source<'a, T> {
             rubs,
             structure: &[],
             pushes: None,
+            cages: None,
         }
     }
 
@@ -139,9 +148,67 @@ impl<'a, T: Real> Source<'a, T> {
         Self { structure, pushes, ..self }
     }
 
+    /// The same with the cages in the block.
+    pub(crate) fn caged(self, cages: &'a Cages) -> Self {
+        Self { cages: Some(cages.block(self.slot)), ..self }
+    }
+
+    /// Forces on the cells of a row whose first cell is `first`, with those of cages; none where there is no cage.
+    pub(crate) fn braked(
+        &self,
+        first: usize,
+        held: [Lanes<T>; 2],
+        gravity: [T; 3],
+        f: &[Lanes<T>; Q],
+    ) -> Option<Pushes<T>> {
+        let cages = self.cages?;
+        let mut pushes = self.push(first).copied().unwrap_or([[T::ZERO; 4]; LANES]);
+        for (k, push) in pushes.iter_mut().enumerate().filter(|(k, _)| cages.share(first + k) > 0.0) {
+            let f: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
+            let (excess, momentum) = density_and_momentum(&f);
+            let density = 1.0 + excess;
+            let [mass, least] = held.map(|held| held.0[k].to_f64());
+            let [fill, _] = Held::Partly { mass, least }.fill_and_resistance(density);
+            let half = |a: usize| 0.5 * (density * fill * gravity[a].to_f64() + push[a].to_f64());
+            let momentum = DVec3::from([0, 1, 2].map(|a| momentum[a] + half(a)));
+            let growth = 1.0 + self.structure.get(first + k).copied().unwrap_or(0.0);
+            let force = cages.force(self.links, first + k, &Arrived { density, fill, momentum, growth });
+            for a in 0..3 {
+                push[a] += T::from_f64(force[a]);
+            }
+        }
+        Some(pushes)
+    }
+
+    /// Adds what cages bear of the forces `pushes` on the cells of a row that hold fluid (`wet`), in all of which `drive` acts.
+    pub(crate) fn bear_cages(
+        &self,
+        first: usize,
+        wet: u8,
+        held: [Lanes<T>; 2],
+        f: &[Lanes<T>; Q],
+        drive: Drive<Lanes<T>>,
+        pushes: &Pushes<T>,
+        loads: &mut Loads,
+    ) {
+        let Some(cages) = self.cages else { return };
+        let others = self.push(first);
+        let velocity = moments(f, held.into(), drive).velocity;
+        for k in (0..LANES).filter(|k| wet >> k & 1 == 1) {
+            let speed = DVec3::from(velocity.map(|u| u.0[k].to_f64())).length();
+            let other = |a: usize| others.map_or(0.0, |others| others[k][a].to_f64());
+            let force = DVec3::from([0, 1, 2].map(|a| pushes[k][a].to_f64() - other(a)));
+            let growth = 1.0 + self.structure.get(first + k).copied().unwrap_or(0.0);
+            let at = DVec3::from(self.links.coordinates(first + k).map(|n| n as f64)) + 0.5;
+            cages.parts(self.links, first + k, growth, speed, force, |cage, force| {
+                loads.bear_cage(cage, -force, at);
+            });
+        }
+    }
+
     /// Forces on the cells of a row, where any push.
     #[inline(always)]
-    pub(crate) fn push(&self, first: usize) -> Option<&'a [[T; 4]; LANES]> {
+    pub(crate) fn push(&self, first: usize) -> Option<&'a Pushes<T>> {
         self.pushes.map(|pushes| pushes.row(first / LANES))
     }
 

@@ -17,6 +17,7 @@
 use rayon::prelude::*;
 
 use crate::ahead::Ahead;
+use crate::cage::Cages;
 use crate::collision::{COMPONENT, Held, LEAST_RESISTANCE, Moments, moments};
 use crate::grid::{Field, Fill, Grid, Kinds, SHARE, Shape, VELOCITY};
 use crate::immersed::Vectors;
@@ -256,6 +257,10 @@ impl<'a, T: Real> Source<'a, T> {
                 *f = f.only(wet);
             }
         }
+        // Walls ask for the forces on the cells beside them, and take part of what moves there.
+        let asks = row.caged && row.any_solid != 0;
+        let braked = asks.then(|| self.braked(first, held, physics.gravity, f)).flatten();
+        let own = &own.or(&braked);
         let mut slides = [slides; 6];
         if self.rubs {
             self.slide_at_walls(row, &contacts, physics, own, held.into(), f, &mut slides);
@@ -409,6 +414,8 @@ fn step_block<T: Real, R: Law<T>>(
         let own = physics.own(source, first_of(row.row));
         let (held, gain) =
             source.surface(surface, row, physics, &own, &mut f, block.fill, block.mass, &mut findings.swept);
+        let braked = row.caged.then(|| source.braked(first_of(row.row), held, physics.gravity, &f)).flatten();
+        let own = own.or(&braked);
         let to = block.back.row_mut(usize::from(row.row));
         let mut density = Lanes::ONE;
         match change {
@@ -497,7 +504,9 @@ impl<T: Real> Grid<T> {
     ) {
         findings.resize(self.len(), Findings::default());
         let past_caches = self.slots().count() * 2 * size_of::<Field<T>>() > CACHES;
-        let Self { topology, solids, inlets, links, front, back, fills, shape, mass, carried, .. } = self;
+        let Self { topology, solids, inlets, links, front, back, fills, shape, mass, carried, cages, .. } =
+            self;
+        let cages: &Cages = cages;
         let (seen, pushes) = self.immersed.split();
         (
             back.par_iter_mut(),
@@ -516,7 +525,8 @@ impl<T: Real> Grid<T> {
                 findings.swept = 0.0;
                 if !rows[slot].is_empty() {
                     let source = Source::new(topology, solids, inlets, &links[slot], front, slot)
-                        .with(carried.structure(slot), pushes[slot].as_deref());
+                        .with(carried.structure(slot), pushes[slot].as_deref())
+                        .caged(cages);
                     let surface = Shapes::new(&links[slot], shape, slot);
                     let ahead = Ahead::of(slot, rows, links, front, shape);
                     let mut block = Block { back, fill, mass, seen: seen.as_deref_mut() };
@@ -559,10 +569,12 @@ impl<T: Real> Grid<T> {
         mut loads: Option<&mut Loads>,
         mut see: impl FnMut(usize, &Moments<T>, T),
     ) {
-        let Self { topology, solids, inlets, links, front, fills, shape, carried, immersed, .. } = self;
+        let Self { topology, solids, inlets, links, front, fills, shape, carried, immersed, cages, .. } =
+            self;
         let fill = &fills[slot];
         let source = Source::new(topology, solids, inlets, &links[slot], front, slot)
-            .with(carried.structure(slot), immersed.pushes(slot));
+            .with(carried.structure(slot), immersed.pushes(slot))
+            .caged(cages);
         let surface = Shapes::new(&links[slot], shape, slot);
         let mut mass = self.mass[slot].clone();
         let mut swept = 0.0;
@@ -586,8 +598,22 @@ impl<T: Real> Grid<T> {
             let mut f = source.arriving(&row.beside);
             let own = physics.own(&source, first_of(row.row));
             let (held, _) = source.surface(&surface, row, physics, &own, &mut f, fill, &mut mass, &mut swept);
+            let braked =
+                row.caged.then(|| source.braked(first_of(row.row), held, physics.gravity, &f)).flatten();
+            let own = own.or(&braked);
             show(&f, held.into(), &own, row.row, row.kinds);
             if let Some(loads) = &mut loads {
+                if let Some(braked) = &braked {
+                    source.bear_cages(
+                        first_of(row.row),
+                        row.kinds.wet(),
+                        held,
+                        &f,
+                        physics.drive_row(&own),
+                        braked,
+                        loads,
+                    );
+                }
                 let contacts = source.contacts(row, first_of(row.row));
                 source.bear(first_of(row.row), row.kinds.wet(), Some((row, &contacts)), &f, loads);
             }

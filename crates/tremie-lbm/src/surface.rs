@@ -27,7 +27,7 @@ use crate::topology::{AIR, CELLS, EDGE, OUTSIDE, ROWS};
 pub(crate) type Cell = (usize, usize);
 
 /// What was done to keep every bit of mass, since the start.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Ledger {
     /// Events in which mass had no interface beside it and went to the nearest one.
     pub(crate) stranded: u64,
@@ -39,6 +39,8 @@ pub(crate) struct Ledger {
     pub(crate) poured: f64,
     /// What has left (module `outlet`).
     pub(crate) drained: Amount,
+    /// How much of that was of each batch.
+    pub(crate) drained_of: Vec<Amount>,
     /// Mass given to the fluid, or taken from it, so that it keeps its volume.
     pub(crate) pressed: f64,
 }

@@ -29,8 +29,19 @@ pub(crate) struct Physics<T, R> {
 pub(crate) struct Own<'a, T: Real, R: Law<T>> {
     /// Of the flow curve ([`Law::own`]).
     pub(crate) law: R::Own,
-    /// Forces (module `immersed`), where any push.
-    pub(crate) push: Option<&'a [[T; 4]; LANES]>,
+    /// Forces (modules `immersed` and `cage`), where any push.
+    pub(crate) push: Option<&'a Pushes<T>>,
+}
+
+/// A force on each cell of a row, and one more number.
+pub(crate) type Pushes<T> = [[T; 4]; LANES];
+
+impl<T: Real, R: Law<T>> Own<'_, T, R> {
+    /// The same with these forces instead, if there are any.
+    #[inline(always)]
+    pub(crate) fn or<'b>(&'b self, push: &'b Option<Pushes<T>>) -> Own<'b, T, R> {
+        Own { law: self.law, push: push.as_ref().or(self.push) }
+    }
 }
 
 impl<T: Real, R: Law<T>> Physics<T, R> {

@@ -30,29 +30,37 @@ impl<T: Real> LatticeBoltzmann<T> {
             solid: vec![0; total],
             batches: self.case.batches().iter().map(|name| (name.to_string(), vec![0.0; total])).collect(),
             structure: self.case.material.thixotropy.map(|_| vec![0.0; total]),
+            cage: (!self.case.cages.is_empty()).then(|| vec![0.0; total]),
             density: self.scaling.density,
             domain: [self.case.domain.min, self.case.domain.max],
             symmetry: [0, 1, 2].map(|a| [symmetric(2 * a), symmetric(2 * a + 1)]),
         };
-        let mut loads = Loads::new(self.grid.solids.count());
+        let mut loads = Loads::new(self.grid.solids.count(), self.case.cages.len());
         for slot in self.grid.slots() {
             let more = self.show_block(slot, low, &mut cells);
             loads.add(more);
         }
         self.show_solids(low, &mut cells);
+        let cages = loads.cages.iter().map(|load| self.load(*load)).collect();
         let (solids, walls) = self.loads(loads, low, &cells);
         let inflow = self.inflow.iter().map(|inflow| inflow.volume).collect();
-        let out = self.ledger.drained.volume * size.powi(3);
-        let outflow = self.case.has_outlets().then_some(out);
+        let cubed = size.powi(3);
+        let outflow = self.case.has_outlets().then_some(self.ledger.drained.volume * cubed);
+        let batches_out = match self.case.has_outlets() {
+            true => self.ledger.drained_of.iter().map(|out| out.volume * cubed).collect(),
+            false => Vec::new(),
+        };
         let inclusions = self.suspension.as_ref().map(|suspension| suspension.inclusions.clone());
         Snapshot {
             time: self.time(),
             fluid: Fluid::Cells(cells),
             inclusions: inclusions.unwrap_or_default(),
             solids,
+            cages,
             walls,
             inflow,
             outflow,
+            batches_out,
         }
     }
 
@@ -115,7 +123,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         let velocity_unit = self.scaling.velocity_unit();
         let rate_unit = 1.0 / self.scaling.time_step;
         let links = &self.grid.links[slot];
-        let mut loads = Loads::new(self.grid.solids.count());
+        let mut loads = Loads::new(self.grid.solids.count(), self.case.cages.len());
         self.fluid.moments(&self.grid, slot, &self.rows[slot], Some(&mut loads), |cell, m, omega| {
             let at = links.coordinates(cell);
             let n = cells.index(at[0] - low[0], at[1] - low[1], at[2] - low[2]);
@@ -127,6 +135,9 @@ impl<T: Real> LatticeBoltzmann<T> {
             };
             for (q, (_, shares)) in cells.batches.iter_mut().enumerate() {
                 shares[n] = self.grid.carried.value((slot, cell), q);
+            }
+            if let Some(cage) = &mut cells.cage {
+                cage[n] = self.grid.cages.block(slot).share(cell);
             }
             if let Some(structure) = &mut cells.structure {
                 structure[n] = self.grid.carried.structure(slot)[cell];

@@ -4,6 +4,7 @@
 //! `sqrt(T:T/2)` in Pa with T the deviatoric stress; in simple shear both are the usual scalars.
 //! Curves are exact unless they are regularised on purpose: a yield stress is a yield stress, not a large viscosity.
 
+pub mod bars;
 mod thixotropy;
 mod viscoplastic;
 

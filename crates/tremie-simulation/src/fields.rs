@@ -33,6 +33,7 @@ pub(crate) fn write(cells: &Cells, time: f64, path: &Path) -> Result<(), Error> 
         .collect();
     let batch: Vec<u8> = numbers.iter().map(|n| cells.batch(*n) as u8).collect();
     let structure = cells.structure.as_ref().map(|structure| scalar(&|n| structure[n]));
+    let cage = cells.cage.as_ref().map(|cage| scalar(&|n| cage[n]));
     let corner = cells.centre(first[0], first[1], first[2]) - 0.5 * cells.size;
     fn one<'a>(name: &'a str, values: &'a [f32]) -> Field<'a> {
         Field { name, components: 1, values: Values::F32(values) }
@@ -47,6 +48,7 @@ pub(crate) fn write(cells: &Cells, time: f64, path: &Path) -> Result<(), Error> 
         Field { name: "yielded", components: 1, values: Values::U8(&yielded) },
     ];
     fields.extend(structure.iter().map(|values| one("structure", values)));
+    fields.extend(cage.iter().map(|values| one("share in cages", values)));
     if !shares.is_empty() {
         fields.push(Field { name: "batch", components: 1, values: Values::U8(&batch) });
     }

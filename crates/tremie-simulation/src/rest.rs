@@ -134,6 +134,7 @@ mod tests {
             solids: Vec::new(),
             inflow: Vec::new(),
             outflow: None,
+            batches_out: Vec::new(),
         }
     }
 

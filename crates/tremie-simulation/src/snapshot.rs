@@ -14,12 +14,16 @@ pub struct Snapshot {
     pub inclusions: Inclusions,
     /// What the fluid does to each solid of the case, within the domain.
     pub solids: Vec<SolidLoad>,
+    /// What it does to the bars of each cage of the case, within the domain.
+    pub cages: Vec<SolidLoad>,
     /// What it does to the sides of the domain and to inlets, and to each piece of wall.
     pub walls: WallLoads,
     /// Volume in m3 that has come into the domain since the start, by inlet.
     pub inflow: Vec<f64>,
     /// Volume in m3 that has left the domain since the start; none where nothing can leave.
     pub outflow: Option<f64>,
+    /// How much of that was of each batch that is followed, in the order of the case.
+    pub batches_out: Vec<f64>,
 }
 
 /// Force and moment of the fluid on a solid; pressure counts from that of the air.
@@ -102,6 +106,8 @@ pub struct Cells {
     pub stress: Vec<f64>,
     /// 1 in solid cells, 0 elsewhere.
     pub solid: Vec<u8>,
+    /// Share of each cell that lies in a cage; none where there is no cage.
+    pub cage: Option<Vec<f64>>,
     /// Names of the batches that are followed, and the share of each, 0 to 1, in the fluid of a cell.
     pub batches: Vec<(String, Vec<f64>)>,
     /// Structure lambda of a thixotropic fluid, whose yield stress is 1 + lambda times that of its flow curve.

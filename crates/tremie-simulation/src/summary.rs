@@ -157,6 +157,7 @@ mod tests {
             )],
             inflow: vec![2e-3, 0.0],
             outflow: Some(1e-3),
+            batches_out: vec![4e-4, 6e-4],
         };
         let gauges = Gauges::of(&readings);
         for (spread, t500) in [(Some(spread), Some(1.5)), (None, None)] {

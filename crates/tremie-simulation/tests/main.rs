@@ -102,6 +102,7 @@ impl Simulation for Cake {
             shear_rate: vec![0.0; number],
             stress: vec![0.0; number],
             solid: vec![0; number],
+            cage: None,
             density: 2300.0,
             domain: [DVec3::ZERO, DVec3::new(0.4, 0.4, 0.08)],
             symmetry: [[true, false], [true, false], [false; 2]],
@@ -115,9 +116,11 @@ impl Simulation for Cake {
                 inclusions: Default::default(),
                 fluid: Fluid::Cells(nothing),
                 solids: Vec::new(),
+                cages: Vec::new(),
                 walls: WallLoads::default(),
                 inflow: Vec::new(),
                 outflow: None,
+                batches_out: Vec::new(),
             };
         }
         let radius = Self::radius(self.time);
@@ -142,9 +145,11 @@ impl Simulation for Cake {
             inclusions: Default::default(),
             fluid: Fluid::Cells(cells),
             solids: Vec::new(),
+            cages: Vec::new(),
             walls: WallLoads::default(),
             inflow: Vec::new(),
             outflow: None,
+            batches_out: Vec::new(),
         }
     }
 
@@ -176,6 +181,7 @@ impl Simulation for Cake {
 fn case() -> Case {
     let wall = Side::REST;
     Case {
+        cages: Vec::new(),
         groups: Vec::new(),
         inclusions: Default::default(),
         following: Default::default(),

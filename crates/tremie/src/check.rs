@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use serde_json::{Value, json};
-use tremie_case::{Case, MeshFile, Role, Solid};
+use tremie_case::{Cage, Case, Layer, MeshFile, Role, Solid};
 use tremie_geometry::{Body, Shape};
 use tremie_numerics::DVec3;
 
@@ -54,7 +54,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     } else {
         let mut rows = numbers.rows();
         rows.extend(case.meshes.iter().map(|mesh| ("mesh", extent(mesh))));
-        rows.extend(case.solids.iter().filter_map(cage).map(|cage| ("bars", cage)));
+        rows.extend(case.solids.iter().filter_map(bars).map(|bars| ("bars", bars)));
+        rows.extend(case.cages.iter().map(|cage| ("cage", zone(cage))));
         let pours = if case.inlets.is_empty() { "" } else { ", more as fluid comes in" };
         let earlier = if case.stop.rest.is_some() { " at most; rest comes earlier" } else { "" };
         let threads = rayon::current_num_threads();
@@ -81,11 +82,23 @@ fn extent(file: &MeshFile) -> String {
 }
 
 /// How many bars a solid is made of, if it is, and where they lie.
-fn cage(solid: &Solid) -> Option<String> {
+fn bars(solid: &Solid) -> Option<String> {
     let Body::Union(union) = &solid.body else { return None };
     let bars = union.bodies();
     let is_bar = |body: &Body| matches!(body, Body::Shape(Shape::Bar { .. }));
     bars.iter().all(is_bar).then(|| format!("{} ({}), {}", solid.name, bars.len(), span(solid.body.bounds())))
+}
+
+/// The bars of a cage, and where it lies.
+fn zone(cage: &Cage) -> String {
+    let layers = cage.layers.iter().map(|Layer { grid, .. }| {
+        let [diameter, spacing] = [grid.diameter, grid.spacing].map(|length| significant(1e3 * length));
+        format!(
+            "bars of {diameter} mm at {spacing} mm, {} % of the volume",
+            significant(100.0 * grid.share())
+        )
+    });
+    format!("{}, {}", layers.collect::<Vec<_>>().join("; "), span(cage.body.bounds()))
 }
 
 /// From where to where something reaches.

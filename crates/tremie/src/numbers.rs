@@ -208,7 +208,7 @@ impl Numbers {
             warn(
                 cells < CELLS_IN_GAP * (1.0 - 1e-9),
                 format!(
-                    "between {} there are only {} cells at the start, less than 4; use smaller cells, or let them touch",
+                    "between {} there are only {} cells at the start, less than 4; use smaller cells, or let them touch, or write bars as a [[cage]]",
                     gap.between,
                     significant(cells)
                 ),

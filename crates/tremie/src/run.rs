@@ -223,6 +223,8 @@ pub(crate) fn readings(summary: &Summary) -> Vec<(&'static str, String)> {
         rows.push(("came in", passed(readings.inflow.iter().sum())));
     }
     rows.extend(readings.outflow.map(|volume| ("left", passed(volume))));
+    let of = |(n, volume): (usize, &f64)| ("", format!("{} of batch {}", passed(*volume), n + 1));
+    rows.extend(readings.batches_out.iter().enumerate().map(of));
     rows.push(("speed, 99th percentile", format!("{} mm/s", significant(1e3 * readings.speed_p99))));
     rows.extend(summary.filling.iter().flat_map(filling));
     rows

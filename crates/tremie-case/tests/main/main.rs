@@ -1,6 +1,7 @@
 //! Case files as users write them: right ones give the case that they mean, wrong ones a message at the right place.
 
 mod bars;
+mod cages;
 mod random_text;
 mod right_cases;
 mod schema;

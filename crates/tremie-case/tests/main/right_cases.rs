@@ -53,6 +53,7 @@ fn every_value_arrives_in_si_units() {
         inlets: Vec::new(),
         outlets: Vec::new(),
         solids: Vec::new(),
+        cages: Vec::new(),
         meshes: Vec::new(),
         files: Vec::new(),
         method: Method::Lbm(Lbm {

@@ -379,6 +379,7 @@ impl<const Q: usize> Simulation for Dense<Q> {
             batches: Vec::new(),
             solid: vec![0; self.kinds.len()],
             structure: None,
+            cage: None,
             density: self.scaling.density,
             domain: [self.case.domain.min, self.case.domain.max],
             symmetry: [0, 1, 2].map(|a| [symmetric(2 * a), symmetric(2 * a + 1)]),
@@ -388,9 +389,11 @@ impl<const Q: usize> Simulation for Dense<Q> {
             inclusions: Default::default(),
             fluid: Fluid::Cells(cells),
             solids: Vec::new(),
+            cages: Vec::new(),
             walls: WallLoads::default(),
             inflow: Vec::new(),
             outflow: None,
+            batches_out: Vec::new(),
         }
     }
 

@@ -140,3 +140,42 @@ fn one_batch_after_the_other_through_the_same_hose() {
     }
     assert!(unaccounted(&cells(&simulation)) < 1e-6, "{}", unaccounted(&cells(&simulation)));
 }
+
+#[test]
+fn what_leaves_is_told_by_batch() {
+    // Two batches through one hose into a tank with an open side.
+    let hose = |batch: &str, times: &str| {
+        format!(
+            "[[inlet]]\ndisc = {{ centre = [\"83 mm\", \"80 mm\", \"153 mm\"], direction = [0, 0, -1], diameter = \"65 mm\" }}\n\
+             flow_rate = \"1 l/s\"\nbatch = \"{batch}\"\n{times}\n"
+        )
+    };
+    let case = case(&format!(
+        "[material]\ndensity = \"2300 kg/m3\"\nbingham = {{ yield_stress = \"20 Pa\", plastic_viscosity = \"20 Pa s\" }}\n\
+         [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"200 mm\", \"160 mm\", \"180 mm\"]\nsides = {{ x_max = \"open\" }}\n\
+         {}{}[lbm]\ncell_size = \"10 mm\"\nprecision = \"f64\"\n",
+        hose("first", "stop = \"0.9 s\""),
+        hose("second", "start = \"0.9 s\"")
+    ));
+    let mut simulation = LatticeBoltzmann::<f64>::new(&case);
+    let mut out = [0.0; 2];
+    while simulation.time() < 4.0 {
+        advance(&mut simulation, 200);
+        let snapshot = simulation.snapshot();
+        let [first, second] = snapshot.batches_out[..] else { panic!("{:?}", snapshot.batches_out) };
+        let all = snapshot.outflow.unwrap();
+        assert!(first >= out[0] && second >= out[1], "{first} {second}");
+        // Shares are held within their bounds each by itself.
+        assert!((first + second - all).abs() <= 1e-4 * all, "{first} {second} {all}");
+        out = [first, second];
+        // Of each batch there is what came in, less what left.
+        for (n, (there, left)) in simulation.batches().iter().zip(simulation.batches_out()).enumerate() {
+            let poured = 2300.0 * snapshot.inflow[n];
+            assert!((there + left - poured).abs() <= 0.01 * poured, "{there} {left} {poured}");
+        }
+        if simulation.time() < 0.9 {
+            assert_eq!(second, 0.0);
+        }
+    }
+    assert!(out[0] > 1e-4 && out[1] > 1e-4, "{out:?}");
+}

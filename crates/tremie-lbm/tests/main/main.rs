@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod batches;
+mod cages;
 mod conservation;
 mod friction;
 mod inclusions;

@@ -327,6 +327,7 @@ mod tests {
             fill: vec![0.0; number],
             shear_rate: vec![0.0; number],
             solid: vec![0; number],
+            cage: None,
             domain: [DVec3::ZERO, 0.1 * DVec3::from(count.map(|n| n as f64))],
             ..Cells::default()
         }

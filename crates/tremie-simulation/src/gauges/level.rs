@@ -80,6 +80,7 @@ mod tests {
             count: [n, 1, 4],
             fill: vec![0.0; 4 * n],
             solid: vec![0; 4 * n],
+            cage: None,
             domain: [DVec3::ZERO, DVec3::new(0.6, 0.1, 0.4)],
             symmetry: [[true, false], [false; 2], [false; 2]],
             ..Cells::default()

@@ -51,6 +51,7 @@ mod tests {
             count: [3, 1, 4],
             fill: vec![0.0; 12],
             solid: vec![0; 12],
+            cage: None,
             domain: [DVec3::ZERO, DVec3::new(0.3, 0.1, 0.6)],
             symmetry: [[true, false], [false; 2], [false; 2]],
             ..Cells::default()

@@ -45,8 +45,8 @@ pub struct Gauges {
     fronts: Vec<FrontGauge>,
     lights: Vec<Light>,
     pressures: Vec<Pressure>,
-    /// Names of the solids.
-    solids: Vec<String>,
+    /// Names of the solids and then of the cages.
+    loaded: Vec<String>,
 }
 
 /// What the gauges read at one moment; one row of the time series.
@@ -82,12 +82,14 @@ pub struct Readings {
     pub lights: Vec<(String, f64)>,
     /// Name of each pressure gauge, and what it reads.
     pub pressures: Vec<(String, WallPressure)>,
-    /// Name of each solid of the case, and force and moment on it and its mirror images.
+    /// Name of each solid of the case, and then of each cage, and force and moment on it and its mirror images.
     pub solids: Vec<(String, SolidLoad)>,
     /// Volume in m3 that has come in since the start, by inlet.
     pub inflow: Vec<f64>,
     /// Volume in m3 that has left since the start; none where nothing can leave.
     pub outflow: Option<f64>,
+    /// How much of that was of each batch that is followed.
+    pub batches_out: Vec<f64>,
 }
 
 impl Readings {
@@ -134,6 +136,7 @@ impl Readings {
             columns.push((inflow_column(n), *inflow));
         }
         columns.extend(self.outflow.map(|outflow| (OUTFLOW.to_owned(), outflow)));
+        columns.extend(self.batches_out.iter().enumerate().map(|(n, out)| (batch_column(n), *out)));
         columns
     }
 
@@ -192,9 +195,10 @@ impl Readings {
             fronts: gauges.fronts.iter().map(|g| one(&g.name, front_column)).collect::<Option<_>>()?,
             lights: gauges.lights.iter().map(|g| one(&g.name, light_column)).collect::<Option<_>>()?,
             pressures: gauges.pressures.iter().map(pressure).collect::<Option<_>>()?,
-            solids: gauges.solids.iter().map(load).collect::<Option<_>>()?,
+            solids: gauges.loaded.iter().map(load).collect::<Option<_>>()?,
             inflow: (0..).map_while(|n| value(&inflow_column(n))).collect(),
             outflow: value(OUTFLOW),
+            batches_out: (0..).map_while(|n| value(&batch_column(n))).collect(),
         })
     }
 }
@@ -234,6 +238,11 @@ fn inflow_column(n: usize) -> String {
 /// Name of the volume that has left.
 const OUTFLOW: &str = "outflow_m3";
 
+/// Name of the volume of the batch number `n` that has left; the first that the case file names is number 1.
+fn batch_column(n: usize) -> String {
+    format!("batch{}_outflow_m3", n + 1)
+}
+
 /// The load on a solid and its mirror images beyond symmetry planes.
 fn whole_load(load: SolidLoad, cells: &Cells) -> SolidLoad {
     let mut whole = load;
@@ -268,7 +277,10 @@ impl Gauges {
             fronts: case.gauges.front.clone(),
             lights: case.gauges.light.iter().map(light).collect(),
             pressures: case.gauges.pressure.iter().map(|gauge| Pressure::new(gauge, case)).collect(),
-            solids: case.solids.iter().map(|solid| solid.name.clone()).collect(),
+            loaded: (case.solids.iter().map(|solid| &solid.name))
+                .chain(case.cages.iter().map(|cage| &cage.name))
+                .cloned()
+                .collect(),
         }
     }
 
@@ -321,7 +333,7 @@ impl Gauges {
             .map(|(_, velocity)| velocity.length())
             .collect();
         let body = cells.size.powi(3) * cells.copies();
-        let names = self.solids.iter().cloned();
+        let loads = snapshot.solids.iter().chain(&snapshot.cages);
         Readings {
             time: snapshot.time,
             spread: self.spread.as_ref().map(|gauge| Spread::measure(cells, &height, gauge.centre)),
@@ -340,9 +352,10 @@ impl Gauges {
             pressures: (self.pressures.iter())
                 .map(|g| (g.name.clone(), g.measure(cells, &snapshot.walls.faces)))
                 .collect(),
-            solids: names.zip(snapshot.solids.iter().map(|load| whole_load(*load, cells))).collect(),
+            solids: (self.loaded.iter().cloned()).zip(loads.map(|load| whole_load(*load, cells))).collect(),
             inflow: snapshot.inflow.iter().map(|volume| volume * cells.copies()).collect(),
             outflow: snapshot.outflow.map(|volume| volume * cells.copies()),
+            batches_out: snapshot.batches_out.iter().map(|volume| volume * cells.copies()).collect(),
         }
     }
 }
@@ -363,7 +376,7 @@ impl Gauges {
             pressures: (readings.pressures.iter())
                 .map(|(name, read)| Pressure::of(name.clone(), read.bands.len()))
                 .collect(),
-            solids: readings.solids.iter().map(|(name, _)| name.clone()).collect(),
+            loaded: readings.solids.iter().map(|(name, _)| name.clone()).collect(),
             ..Self::default()
         }
     }
@@ -449,6 +462,7 @@ mod tests {
             shear_rate: vec![0.0; number],
             stress: vec![0.0; number],
             solid: vec![0; number],
+            cage: None,
             density: 2000.0,
             domain: [DVec3::ZERO, DVec3::new(0.5, 0.5, 0.3)],
             symmetry: [[true, false], [true, false], [false; 2]],
@@ -489,9 +503,11 @@ mod tests {
             inclusions: Default::default(),
             fluid: Fluid::Cells(cells),
             solids: Vec::new(),
+            cages: Vec::new(),
             walls: WallLoads::default(),
             inflow: Vec::new(),
             outflow: None,
+            batches_out: Vec::new(),
         };
         let readings = gauges.measure(&snapshot);
         let volume = 0.4 * 0.2 * 0.255;
@@ -541,9 +557,11 @@ mod tests {
             inclusions: Default::default(),
             fluid: Fluid::Cells(cells),
             solids: Vec::new(),
+            cages: Vec::new(),
             walls: WallLoads::default(),
             inflow: Vec::new(),
             outflow: None,
+            batches_out: Vec::new(),
         });
         assert!(readings.columns().iter().all(|(_, value)| *value == 0.0), "{readings:?}");
     }

@@ -158,6 +158,7 @@ mod tests {
             count: [1, 1, 8],
             fill: vec![1.0; 8],
             solid: vec![0; 8],
+            cage: None,
             density: 1000.0,
             domain: [DVec3::new(0.0, 0.0, 1.0), DVec3::new(0.1, 0.1, 2.0)],
             ..Cells::default()

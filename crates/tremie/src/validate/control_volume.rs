@@ -80,7 +80,14 @@ impl Balance {
 /// Force in N on all that bounds the fluid.
 fn force(snapshot: &Snapshot) -> DVec3 {
     let walls = &snapshot.walls;
-    walls.sides.iter().chain(&walls.inlets).chain(&snapshot.solids).map(|load| load.force).sum()
+    walls
+        .sides
+        .iter()
+        .chain(&walls.inlets)
+        .chain(&snapshot.solids)
+        .chain(&snapshot.cages)
+        .map(|load| load.force)
+        .sum()
 }
 
 /// Momentum of the fluid in kg m/s.

@@ -8,6 +8,7 @@
 //! The references know nothing of the solver, and tolerances are fixed in the folders before the run.
 
 mod benchmark;
+mod cage;
 mod cavity;
 mod channel;
 mod collapse;
@@ -117,6 +118,7 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(collapse::collapse_planar_bingham, "collapse-planar-bingham", "case.toml", "reference.csv"),
     benchmark!(l_box::l_box_rest, "l-box-rest", "case.toml", "reference.csv"),
     benchmark!(control_volume::control_volume, "control-volume", "l-box.toml", "slab.toml"),
+    benchmark!(cage::porous_cage, "porous-cage", "spacing-3.toml", "spacing-5.toml", "spacing-8.toml"),
     benchmark!(lcpc_box::lcpc_box, "lcpc-box", "case.toml", "reference.csv"),
     benchmark!(slump::cone_rigid, "cone-rigid", "case.toml"),
     benchmark!(slump::cone_lift, "cone-lift", "case.toml"),
