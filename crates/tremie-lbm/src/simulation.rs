@@ -34,6 +34,8 @@ use crate::topology::{Boundary, CELLS, EDGE, Topology};
 const CRUMBS: u64 = 32;
 const DRY: u64 = 256;
 const REPAY: u64 = 1000;
+/// Steps after which bodies are sorted by where they are.
+const SORT: u64 = 100;
 /// Steps between looks at the level below inlets that stay above it.
 const LOOK: u64 = 32;
 /// Share of the mass that solids hold by their motion that is given back whenever crumbs are looked for.
@@ -205,6 +207,9 @@ impl<T: Real> LatticeBoltzmann<T> {
     /// Moves the bodies on by a step, and lets the fluid feel them in its own.
     fn carry_bodies(&mut self) {
         let Some(suspension) = &mut self.suspension else { return };
+        if self.steps.is_multiple_of(SORT) {
+            suspension.inclusions.sort(EDGE as f64 * self.scaling.cell_size);
+        }
         self.grid.look();
         let mut lattice = Lattice {
             grid: &mut self.grid,

@@ -25,6 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         range: None,
         palette: Palette::Viridis,
         circles: &[circle],
+        lines: &[],
     };
     map.draw()?.write(&folder.join("height.png"))?;
 

@@ -1,4 +1,4 @@
-//! Triangle meshes as VTK PolyData (`.vtp`), readable by ParaView.
+//! Triangle meshes, lines and points as VTK PolyData (`.vtp`), readable by ParaView.
 
 use std::path::Path;
 
@@ -29,10 +29,6 @@ impl Surface<'_> {
         if let Some(&index) = self.triangles.as_flattened().iter().find(|&&index| index as usize >= count) {
             return Err(Error::Vertex { index, count });
         }
-        // VTK keeps 64-bit indices, and would convert others while reading.
-        let connectivity: Vec<i64> = self.triangles.as_flattened().iter().map(|&i| i64::from(i)).collect();
-        let offsets: Vec<i64> = (1..=self.triangles.len() as i64).map(|n| 3 * n).collect();
-
         let mut document = Document::new("PolyData", "", self.time);
         document.line(&format!(
             "<Piece NumberOfPoints=\"{count}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" \
@@ -43,13 +39,64 @@ impl Surface<'_> {
         document.line("<Points>");
         document.array("Points", 3, "Float64", bytemuck::cast_slice(self.positions));
         document.line("</Points>");
-        document.line("<Polys>");
-        document.array("connectivity", 1, "Int64", bytemuck::cast_slice(&connectivity));
-        document.array("offsets", 1, "Int64", bytemuck::cast_slice(&offsets));
-        document.line("</Polys>");
+        cells(&mut document, "Polys", self.triangles);
         document.line("</Piece>");
         document.write(path)
     }
+}
+
+/// Points and straight lines, with fields over them, at one moment.
+#[derive(Debug, Clone)]
+pub struct Marks<'a> {
+    /// Positions of single points in metres.
+    pub points: &'a [[f64; 3]],
+    /// Both ends of each line in metres.
+    pub lines: &'a [[[f64; 3]; 2]],
+    /// Time in seconds.
+    pub time: f64,
+    /// The fields: one value or vector for each point, and then for each line.
+    pub fields: Vec<Field<'a>>,
+}
+
+impl Marks<'_> {
+    /// Writes the file.
+    ///
+    /// # Errors
+    /// If a field has not as many values as there are points and lines, or the file system refuses.
+    pub fn write(&self, path: &Path) -> Result<(), Error> {
+        let single = self.points.len() as u32;
+        let ends = self.lines.as_flattened();
+        let points: Vec<[u32; 1]> = (0..single).map(|n| [n]).collect();
+        let lines: Vec<[u32; 2]> =
+            (0..self.lines.len() as u32).map(|n| [single + 2 * n, single + 2 * n + 1]).collect();
+        let mut document = Document::new("PolyData", "", self.time);
+        document.line(&format!(
+            "<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"{}\" NumberOfLines=\"{}\" NumberOfStrips=\"0\" \
+             NumberOfPolys=\"0\">",
+            self.points.len() + ends.len(),
+            points.len(),
+            lines.len()
+        ));
+        document.section("CellData", points.len() + lines.len(), &self.fields)?;
+        document.line("<Points>");
+        document.array("Points", 3, "Float64", bytemuck::cast_slice(&[self.points, ends].concat()));
+        document.line("</Points>");
+        cells(&mut document, "Verts", &points);
+        cells(&mut document, "Lines", &lines);
+        document.line("</Piece>");
+        document.write(path)
+    }
+}
+
+/// Adds cells of one kind, by their points.
+fn cells<const N: usize>(document: &mut Document, kind: &str, cells: &[[u32; N]]) {
+    // VTK keeps 64-bit indices, and would convert others while reading.
+    let connectivity: Vec<i64> = cells.as_flattened().iter().map(|&i| i64::from(i)).collect();
+    let offsets: Vec<i64> = (1..=cells.len() as i64).map(|n| N as i64 * n).collect();
+    document.line(&format!("<{kind}>"));
+    document.array("connectivity", 1, "Int64", bytemuck::cast_slice(&connectivity));
+    document.array("offsets", 1, "Int64", bytemuck::cast_slice(&offsets));
+    document.line(&format!("</{kind}>"));
 }
 
 #[cfg(test)]
@@ -80,6 +127,20 @@ mod tests {
         let connectivity = triangles.as_flattened().iter().map(|&i: &u32| i64::from(i)).collect::<Vec<_>>();
         assert_eq!(arrays["connectivity"], bytemuck::cast_slice::<i64, u8>(&connectivity));
         assert_eq!(arrays["offsets"], bytemuck::cast_slice::<i64, u8>(&[3, 6, 9, 12]));
+    }
+
+    #[test]
+    fn points_and_lines_come_back_as_written() {
+        let (points, lines) = ([[0.5; 3]], [[[0.0; 3], [0.1, 0.0, 0.0]], [[0.2; 3], [0.3; 3]]]);
+        let length = [0.0f32, 0.1, 0.2];
+        let fields = vec![Field { name: "length [m]", components: 1, values: Values::F32(&length) }];
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("marks.vtp");
+        Marks { points: &points, lines: &lines, time: 2.0, fields }.write(&path).unwrap();
+        let (xml, arrays) = read_back::arrays(&path);
+        assert!(xml.contains("NumberOfPoints=\"5\" NumberOfVerts=\"1\" NumberOfLines=\"2\""));
+        assert_eq!(arrays["length [m]"], bytemuck::cast_slice::<f32, u8>(&length));
+        assert_eq!(arrays["Points"][..24], bytemuck::cast_slice::<f64, u8>(&[0.5; 3])[..]);
     }
 
     #[test]

@@ -9,6 +9,7 @@
 //! | `series.csv` | the readings of the gauges over time |
 //! | `fluid.pvd`, `fluid_000000.vti` ... | the fields |
 //! | `surface.pvd`, `surface_000000.vtp` ... | the free surface |
+//! | `bodies.pvd`, `bodies_000000.vtp` ..., `bodies.csv` | aggregates and fibres, if there are any; the table as of the end |
 //! | `filling.vti`, `filling_time_cut.png`, `filling_time_level.png` ... | how the form filled, if the case asks for it |
 //! | `above_000000.png`, `cut_000000.png`, `batches_000000.png` ... | pictures |
 //! | `report.html` | all of it as a page, if one was asked for |
@@ -90,10 +91,18 @@ const REPORT: &str = "report.html";
 const CHECKPOINT: &str = "checkpoint.tremie";
 const FLUID: &str = "fluid.pvd";
 const SURFACE: &str = "surface.pvd";
+const BODIES: &str = "bodies.pvd";
+const BODY_TABLE: &str = "bodies.csv";
 const FILLING: &str = "filling.vti";
 /// Prefixes and endings of the files that are numbered.
-const NUMBERED: [(&str, &str); 5] =
-    [("fluid_", ".vti"), ("surface_", ".vtp"), ("above_", ".png"), ("cut_", ".png"), ("batches_", ".png")];
+const NUMBERED: [(&str, &str); 6] = [
+    ("fluid_", ".vti"),
+    ("surface_", ".vtp"),
+    ("bodies_", ".vtp"),
+    ("above_", ".png"),
+    ("cut_", ".png"),
+    ("batches_", ".png"),
+];
 
 impl RunFolder {
     /// Makes the folder for a new run.
@@ -241,6 +250,16 @@ impl RunFolder {
         self.path.join(SURFACE)
     }
 
+    /// The collection of the bodies in the fluid.
+    pub fn bodies(&self) -> PathBuf {
+        self.path.join(BODIES)
+    }
+
+    /// The table of the bodies in the fluid.
+    pub fn body_table(&self) -> PathBuf {
+        self.path.join(BODY_TABLE)
+    }
+
     /// The state to go on from.
     pub fn checkpoint(&self) -> PathBuf {
         self.path.join(CHECKPOINT)
@@ -283,7 +302,8 @@ fn belongs_to_run(name: &str) -> bool {
             .and_then(|rest| rest.strip_suffix(ending))
             .is_some_and(|number| !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit()))
     };
-    [CASE, RECORD, SUMMARY, SERIES, FLUID, SURFACE, FILLING, REPORT, CHECKPOINT].contains(&name)
+    [CASE, RECORD, SUMMARY, SERIES, FLUID, SURFACE, BODIES, BODY_TABLE, FILLING, REPORT, CHECKPOINT]
+        .contains(&name)
         || FILLING_PICTURES.contains(&name)
         || NUMBERED.iter().any(numbered)
         || atomic::is_unfinished(name)

@@ -8,6 +8,7 @@
 //!
 //! Units are SI everywhere.
 
+mod bodies;
 mod checkpoint;
 mod contract;
 mod fields;

@@ -7,22 +7,25 @@ use std::ops::Range;
 use tremie_case::Case;
 use tremie_output::Error;
 use tremie_output::picture::{Circle, Cut, Grid, HeightMap, Palette, Picture};
+use tremie_suspension::Inclusions;
 
-use crate::Cells;
 use crate::filling::Maps;
 use crate::folder::RunFolder;
 use crate::plan::{Axis, Plan};
+use crate::{Cells, Fluid, Snapshot};
 
 /// Draws the pictures of one moment, at `time` in s.
 pub(crate) fn draw(
-    cells: &Cells,
+    view: &Snapshot,
     time: f64,
     case: &Case,
     folder: &RunFolder,
     number: u64,
 ) -> Result<(), Error> {
+    let Fluid::Cells(cells) = &view.fluid;
     let title = format!("{}, t = {time:.2} s", case.title);
-    above(cells, case, &title)?.write(&folder.path().join(format!("above_{number:06}.png")))?;
+    above(cells, &view.inclusions, case, &title)?
+        .write(&folder.path().join(format!("above_{number:06}.png")))?;
     if !cells.batches.is_empty() {
         cut(cells, case, Quantity::Batch, Frame::Domain, &title)?
             .write(&folder.path().join(format!("batches_{number:06}.png")))?;
@@ -136,11 +139,13 @@ pub enum Frame {
     Fluid,
 }
 
-/// The surface from above.
+/// The surface from above, with the fibres in it.
 ///
 /// # Errors
 /// If there are no cells.
-pub fn above(cells: &Cells, case: &Case, title: &str) -> Result<Picture, Error> {
+pub fn above(cells: &Cells, bodies: &Inclusions, case: &Case, title: &str) -> Result<Picture, Error> {
+    let lines: Vec<[[f64; 2]; 2]> =
+        (0..bodies.len()).filter_map(|n| bodies.ends(n)).map(|ends| ends.map(|end| [end.x, end.y])).collect();
     let plan = Plan::height(cells);
     let (count, height) = plan.whole();
     let (_, cover) = Plan::cover(cells).whole();
@@ -165,6 +170,7 @@ pub fn above(cells: &Cells, case: &Case, title: &str) -> Result<Picture, Error> 
         range: None,
         palette: Palette::Viridis,
         circles: &circles,
+        lines: &lines,
     }
     .draw()
 }

@@ -14,6 +14,7 @@ use tremie_output::series::Series;
 use tremie_output::vtp;
 use tremie_output::{Field, Values};
 
+use crate::bodies;
 use crate::checkpoint::{Checkpoint, RunState};
 use crate::filling::Filling;
 use crate::folder::{FolderError, RunFolder, RunRecord};
@@ -129,8 +130,9 @@ struct Run<'a> {
     filling: Option<Filling>,
     state: RunState,
     series: Series,
-    /// Fields and surfaces, if the case wants snapshots.
+    /// Fields, surfaces and bodies, if the case wants snapshots.
     collections: Option<[Collection; 2]>,
+    body_collection: Option<Collection>,
     latest: Readings,
     /// The record when this process began, and that moment.
     before: RunRecord,
@@ -180,6 +182,8 @@ impl<'a> Run<'a> {
             Some(_) => Some([collection(folder.fluid())?, collection(folder.surface())?]),
             None => None,
         };
+        let swims = !view.inclusions.kinds.is_empty() && case.output.snapshot_interval.is_some();
+        let body_collection = if swims { Some(collection(folder.bodies())?) } else { None };
         let state = resumed.unwrap_or_else(|| RunState {
             time: simulation.time(),
             steps: 0,
@@ -201,6 +205,7 @@ impl<'a> Run<'a> {
             state,
             series,
             collections,
+            body_collection,
             latest,
             before,
             began: Instant::now(),
@@ -217,10 +222,13 @@ impl<'a> Run<'a> {
         let reading = due(&self.state.readings, Some(self.case.gauges.interval));
         let snapshot = due(&self.state.snapshots, self.case.output.snapshot_interval);
         let picture = due(&self.state.pictures, self.case.output.picture_interval);
-        if reading.or(snapshot).or(picture).is_none() {
+        if reading.or(snapshot).or(picture).is_none() && !end {
             return Ok(());
         }
         let view = simulation.snapshot();
+        if end && !view.inclusions.kinds.is_empty() {
+            bodies::write_table(&view.inclusions, &self.folder.body_table())?;
+        }
         if let Some(interval) = reading {
             self.read(&view)?;
             self.state.readings.done(time, interval);
@@ -230,8 +238,7 @@ impl<'a> Run<'a> {
             self.state.snapshots.done(time, interval);
         }
         if let Some(interval) = picture {
-            let Fluid::Cells(cells) = &view.fluid;
-            pictures::draw(cells, time, self.case, self.folder, self.state.pictures.count)?;
+            pictures::draw(&view, time, self.case, self.folder, self.state.pictures.count)?;
             self.state.pictures.done(time, interval);
         }
         Ok(())
@@ -280,6 +287,11 @@ impl<'a> Run<'a> {
         }
         .write(&self.folder.path().join(&name))?;
         surfaces.push(self.state.time, &name)?;
+        if let Some(collection) = &mut self.body_collection {
+            let name = format!("bodies_{number:06}.vtp");
+            bodies::write(&view.inclusions, self.state.time, &self.folder.path().join(&name))?;
+            collection.push(self.state.time, &name)?;
+        }
         Ok(())
     }
 

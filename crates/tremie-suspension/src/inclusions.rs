@@ -106,9 +106,43 @@ impl Inclusions {
         fits.then_some(())
     }
 
+    /// Puts bodies that lie in one cube of the edge `edge` in m beside each other in memory: what they ask of the fluid then is near too.
+    pub fn sort(&mut self, edge: f64) {
+        let cube = |n: &usize| {
+            let [x, y, z] = (self.position[*n] / edge).floor().to_array().map(|x| x as i64);
+            (z, y, x, self.id[*n])
+        };
+        let mut order: Vec<usize> = (0..self.len()).collect();
+        order.sort_by_cached_key(cube);
+        fn sorted<T: Clone>(of: &[T], order: &[usize]) -> Vec<T> {
+            order.iter().map(|n| of[*n].clone()).collect()
+        }
+        *self = Self {
+            kinds: std::mem::take(&mut self.kinds),
+            next: self.next,
+            id: sorted(&self.id, &order),
+            kind: sorted(&self.kind, &order),
+            batch: sorted(&self.batch, &order),
+            position: sorted(&self.position, &order),
+            orientation: sorted(&self.orientation, &order),
+            velocity: sorted(&self.velocity, &order),
+            angular_velocity: sorted(&self.angular_velocity, &order),
+            drag: sorted(&self.drag, &order),
+            torque: sorted(&self.torque, &order),
+            contacts: sorted(&self.contacts, &order),
+        };
+    }
+
     /// Form of a body.
     pub fn form(&self, n: usize) -> &Form {
         &self.kinds[usize::from(self.kind[n])].form
+    }
+
+    /// Both ends of a body in m, if it is a fibre.
+    pub fn ends(&self, n: usize) -> Option<[DVec3; 2]> {
+        let Form::Fibre { length, .. } = *self.form(n) else { return None };
+        let half = 0.5 * length * self.axis(n);
+        Some([self.position[n] - half, self.position[n] + half])
     }
 
     /// Axis of a body: its own z, as a unit vector.

@@ -24,6 +24,8 @@ pub struct HeightMap<'a> {
     pub palette: Palette,
     /// Circles to compare with, drawn dashed.
     pub circles: &'a [Circle<'a>],
+    /// Lines over it, such as fibres, by both ends in metres.
+    pub lines: &'a [[[f64; 2]; 2]],
 }
 
 /// A circle drawn over a picture.
@@ -89,6 +91,7 @@ impl HeightMap<'_> {
                 self.palette.at(scale.position(1e3 * h)).map(|c| (f64::from(c) * light).min(255.0) as u8);
             Some(outlined(colour, edge))
         });
+        sheet.draw_lines(self.lines);
         sheet.draw_circles(self.circles);
         Ok(sheet.finish(self.title, ["x", "y"], scale, self.palette, "height [mm]"))
     }
@@ -217,6 +220,15 @@ impl Sheet {
         });
     }
 
+    fn draw_lines(&mut self, lines: &[[[f64; 2]; 2]]) {
+        self.canvas.clip(Some(self.axes.area));
+        for line in lines {
+            let ends = line.map(|end| self.axes.pixel(end.map(|x| 1e3 * x)));
+            self.canvas.line(&ends, Pen { colour: INK, width: 1.0, dashed: false });
+        }
+        self.canvas.clip(None);
+    }
+
     fn draw_circles(&mut self, circles: &[Circle]) {
         let Axes { area, x, .. } = self.axes;
         self.canvas.clip(Some(area));
@@ -294,7 +306,15 @@ mod tests {
     }
 
     fn map<'a>(grid: Grid, height: &'a [f32]) -> HeightMap<'a> {
-        HeightMap { title: "Disc", grid, height, range: None, palette: Palette::Viridis, circles: &[] }
+        HeightMap {
+            title: "Disc",
+            grid,
+            height,
+            range: None,
+            palette: Palette::Viridis,
+            circles: &[],
+            lines: &[],
+        }
     }
 
     /// Saturated pixels: the body in colour, not the grey and black of frame and text.

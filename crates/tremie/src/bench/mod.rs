@@ -12,7 +12,8 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use indicatif::HumanCount;
 use serde::Serialize;
-use tremie_case::{Case, Method, Precision};
+use tremie_case::{Case, FluidRegion, Method, Precision, Side};
+use tremie_geometry::Shape;
 use tremie_simulation::Load;
 use tremie_simulation::gauges::Gauges;
 use tremie_simulation::rest::RestWatch;
@@ -62,6 +63,9 @@ enum Id {
     LbmBoxF64,
     /// Slump flow to rest in 5 mm cells, whole domain, in 32 bits
     LbmSlumpF32,
+    /// 50,000 fibres of six cells in a sheared box of 128^3: what a fibre costs in a step
+    #[value(name = "fibres-50k")]
+    Fibres50k,
 }
 
 /// A row of the table, an entry of the list.
@@ -86,6 +90,8 @@ struct Entry {
     /// Bytes moved per second: what the memory can do, or what the updates need of it.
     bytes_per_second: f64,
     bandwidth_share: f64,
+    /// What the step is longer by for each body in it, in microseconds.
+    microseconds_per_body_step: Option<f64>,
 }
 
 /// Measures.
@@ -117,6 +123,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
             Id::LbmBoxF32 => full_box(Precision::F32)?,
             Id::LbmBoxF64 => full_box(Precision::F64)?,
             Id::LbmSlumpF32 => slump(arguments.quick)?,
+            Id::Fibres50k => fibres()?,
             Id::Bandwidth => continue,
         };
         let entry = Entry::new(name(*id), &work, bandwidth);
@@ -144,12 +151,29 @@ struct Work {
     steps: u64,
     seconds: f64,
     updates_per_second: f64,
+    microseconds_per_body_step: Option<f64>,
 }
 
-/// A box full of fluid: the median pace of some seconds.
+/// A box full of fluid.
 fn full_box(precision: Precision) -> anyhow::Result<Work> {
-    let case = full_box_case(precision)?;
-    let mut simulation = tremie_lbm::simulation(&case);
+    pace(&full_box_case(precision)?)
+}
+
+/// The same with fibres, and what they cost.
+fn fibres() -> anyhow::Result<Work> {
+    let case = fibres_case()?;
+    let without = pace(&Case { groups: Vec::new(), ..case.clone() })?;
+    let with = pace(&case)?;
+    let step = |work: &Work| work.wet / work.updates_per_second;
+    let bodies = case.inclusions.len() as f64;
+    let cost = 1e6 * (step(&with) - step(&without)) / bodies;
+    Ok(Work { microseconds_per_body_step: Some(cost), ..with })
+}
+
+/// A box that stays full: the median pace of some seconds.
+fn pace(case: &Case) -> anyhow::Result<Work> {
+    let Method::Lbm(lbm) = &case.method;
+    let mut simulation = tremie_lbm::simulation(case);
     for _ in 0..WARM_UP {
         simulation.advance()?;
     }
@@ -167,14 +191,15 @@ fn full_box(precision: Precision) -> anyhow::Result<Work> {
     paces.sort_by(f64::total_cmp);
     let Load { wet, allocated, bytes, .. } = simulation.load();
     Ok(Work {
-        precision,
-        cells: cells(&case),
+        precision: lbm.precision,
+        cells: cells(case),
         wet: wet as f64,
         allocated: allocated as f64,
         bytes_per_cell: bytes as f64 / allocated as f64,
         steps,
         seconds,
         updates_per_second: paces[REPEATS / 2],
+        microseconds_per_body_step: None,
     })
 }
 
@@ -215,6 +240,7 @@ fn slump(quick: bool) -> anyhow::Result<Work> {
         steps,
         seconds,
         updates_per_second: updates / seconds,
+        microseconds_per_body_step: None,
     })
 }
 
@@ -222,6 +248,29 @@ fn full_box_case(precision: Precision) -> anyhow::Result<Case> {
     let mut case = Case::parse("box.toml", include_str!("box.toml"))?;
     let Method::Lbm(lbm) = &mut case.method;
     lbm.precision = precision;
+    Ok(case)
+}
+
+/// Each layer of cells starts with the velocity that the shear gives it.
+fn fibres_case() -> anyhow::Result<Case> {
+    let mut case = Case::parse("fibres.toml", include_str!("fibres.toml"))?;
+    let Method::Lbm(lbm) = &case.method;
+    let (low, high, cell) = (case.domain.min, case.domain.max, lbm.cell_size);
+    let layers = case.domain.cells(cell)[2];
+    let (Side::Wall { velocity: slow, .. }, Side::Wall { velocity: fast, .. }) =
+        (case.domain.sides[4], case.domain.sides[5])
+    else {
+        anyhow::bail!("the box must have plates");
+    };
+    let layer = |n: usize| FluidRegion {
+        shape: Shape::Box {
+            min: low.with_z(low.z + n as f64 * cell),
+            max: high.with_z(low.z + (n + 1) as f64 * cell),
+        },
+        velocity: slow.lerp(fast, (n as f64 + 0.5) / layers as f64),
+        ..case.fluid[0].clone()
+    };
+    case.fluid = (0..layers).map(layer).collect();
     Ok(case)
 }
 
@@ -238,7 +287,7 @@ fn cells(case: &Case) -> usize {
     case.domain.cells(lbm.cell_size).iter().product()
 }
 
-const HEADER: [&str; 9] = [
+const HEADER: [&str; 10] = [
     "id",
     "cells",
     "wet",
@@ -248,9 +297,10 @@ const HEADER: [&str; 9] = [
     "bytes/update",
     "GB/s",
     "of bandwidth",
+    "us/body",
 ];
 
-fn line(columns: &[String; 9]) -> String {
+fn line(columns: &[String; 10]) -> String {
     let [id, rest @ ..] = columns;
     rest.iter().fold(format!("{id:<14}"), |line, column| format!("{line} {column:>13}"))
 }
@@ -277,10 +327,11 @@ impl Entry {
             bytes_per_update: Some(bytes_per_update),
             bytes_per_second,
             bandwidth_share: bytes_per_second / bandwidth,
+            microseconds_per_body_step: work.microseconds_per_body_step,
         }
     }
 
-    fn columns(&self) -> [String; 9] {
+    fn columns(&self) -> [String; 10] {
         let show = |value: Option<f64>, text: fn(f64) -> String| value.map_or_else(|| "-".to_owned(), text);
         let count = |number: f64| HumanCount(number as u64).to_string();
         [
@@ -293,6 +344,7 @@ impl Entry {
             show(self.bytes_per_update, significant),
             format!("{:.1}", 1e-9 * self.bytes_per_second),
             format!("{:.1} %", 100.0 * self.bandwidth_share),
+            show(self.microseconds_per_body_step, |cost| format!("{cost:.2}")),
         ]
     }
 }
@@ -322,11 +374,12 @@ mod tests {
             steps: 10,
             seconds: 1.0,
             updates_per_second: 1e8,
+            microseconds_per_body_step: Some(1.5),
         };
         let entry = Entry::new(name(Id::LbmBoxF32), &work, 38e9);
         let json = serde_json::to_value(&entry).unwrap();
         assert_eq!((&json["id"], &json["precision"]), (&"lbm-box-f32".into(), &"f32".into()));
-        for key in ["threads", "cells", "wet_cells", "updates_per_second"] {
+        for key in ["threads", "cells", "wet_cells", "updates_per_second", "microseconds_per_body_step"] {
             assert!(json[key].is_number(), "{key}");
         }
         // 19 populations of 4 bytes, read and written.

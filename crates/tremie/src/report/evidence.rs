@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use tremie_case::Case;
 use tremie_output::series::{self, Table};
 use tremie_simulation::{Cells, Checkpoint, Fluid, FolderError, RunFolder, RunRecord, Summary};
+use tremie_suspension::Inclusions;
 
 use crate::failure::{WrongInput, chain};
 use crate::lab::{self, Figures};
@@ -20,8 +21,8 @@ pub(super) struct Evidence {
     /// Name of the standard experiment and its figures, if the run is one.
     pub(super) experiment: Option<(String, Figures)>,
     series: Table,
-    /// The last state of the fluid and its time in s.
-    pub(super) last: Option<(f64, Cells)>,
+    /// The time in s of the last state, the fluid, and what swims in it.
+    pub(super) last: Option<(f64, Cells, Inclusions)>,
     /// Pictures from above, and cuts.
     pub(super) pictures: [Vec<PathBuf>; 2],
     /// Pictures of how the form filled.
@@ -100,7 +101,10 @@ impl Evidence {
 }
 
 /// The state in the checkpoint, or why there is none.
-fn last_state(folder: &RunFolder, case: &Case) -> Result<Result<(f64, Cells), String>, WrongInput> {
+fn last_state(
+    folder: &RunFolder,
+    case: &Case,
+) -> Result<Result<(f64, Cells, Inclusions), String>, WrongInput> {
     if !folder.checkpoint().is_file() {
         return Ok(Err("the folder has no checkpoint".to_owned()));
     }
@@ -110,7 +114,7 @@ fn last_state(folder: &RunFolder, case: &Case) -> Result<Result<(f64, Cells), St
         Ok(()) => {
             let snapshot = simulation.snapshot();
             let Fluid::Cells(cells) = snapshot.fluid;
-            Ok((snapshot.time, cells))
+            Ok((snapshot.time, cells, snapshot.inclusions))
         }
         Err(error) => Err(error.to_string()),
     })

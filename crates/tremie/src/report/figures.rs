@@ -42,12 +42,12 @@ pub(super) fn plots(evidence: &Evidence) -> anyhow::Result<Vec<Figure>> {
 
 /// The last state in a cut, by several quantities, and from above.
 pub(super) fn last_state(evidence: &Evidence) -> anyhow::Result<Vec<Figure>> {
-    let Some((time, cells)) = &evidence.last else {
+    let Some((time, cells, bodies)) = &evidence.last else {
         return Ok(Vec::new());
     };
     let case = &evidence.case;
     let mut figures = vec![shown(
-        &pictures::above(cells, case, &format!("From above, t = {time:.2} s"))?,
+        &pictures::above(cells, bodies, case, &format!("From above, t = {time:.2} s"))?,
         "The surface from above",
         "Height of the surface, from above.",
     )?];
@@ -171,7 +171,7 @@ fn spread(evidence: &Evidence) -> Option<anyhow::Result<Figure>> {
 /// Height against radius, beside that of the thin sheet.
 fn profile(evidence: &Evidence) -> Option<anyhow::Result<Figure>> {
     let centre = evidence.case.gauges.spread?.centre;
-    let (time, cells) = evidence.last.as_ref()?;
+    let (time, cells, _) = evidence.last.as_ref()?;
     let millimetres = |points: Vec<[f64; 2]>| points.into_iter().map(|p| p.map(|v| 1e3 * v)).collect();
     let simulated: Vec<[f64; 2]> = millimetres(gauges::profile(cells, centre));
     let sheet = evidence.sheet();
