@@ -14,7 +14,7 @@ use crate::lattice::{C, Q};
 use crate::real::Real;
 use crate::scaling::Scaling;
 use crate::solids::Solids;
-use crate::topology::{Boundary, EDGE, Topology};
+use crate::topology::{Boundary, EDGE, ROWS, Topology};
 
 /// Share of fluid below which a point counts as being in air.
 const LEAST: f64 = 1e-3;
@@ -194,8 +194,36 @@ impl<T: Real> Grid<T> {
             return T::ZERO;
         }
         let velocity = [0, 1, 2].map(|a| sum[a].to_f64() / sum[3].to_f64());
-        *seen = Seen { velocity: DVec3::from(velocity), share };
+        let inward = if share < 0.5 { self.inward(at) } else { DVec3::ZERO };
+        *seen = Seen { velocity: DVec3::from(velocity), share, inward };
         sum[3]
+    }
+
+    /// The way from a point outside of the surface into the fluid, as [`Seen`] has it.
+    fn inward(&self, at: DVec3) -> DVec3 {
+        let wetness = self.wetness(at);
+        if wetness >= 0.5 {
+            return DVec3::ZERO;
+        }
+        let slope = DVec3::AXES.map(|axis| self.wetness(at + axis) - self.wetness(at - axis));
+        (1.0 - 2.0 * wetness) * DVec3::from(slope).normalize_or_zero()
+    }
+
+    /// Share of fluid in what is not solid around a point.
+    fn wetness(&self, at: DVec3) -> f64 {
+        let (mut wet, mut open) = (T::ZERO, T::ZERO);
+        each_cell(
+            &self.near(at),
+            |block| self.slot_of_block(block) as usize,
+            |slot, row, k, weight, _| {
+                if self.kinds[slot][row & (ROWS - 1)].solid >> (k & (LANES - 1)) & 1 == 0 {
+                    open += weight;
+                    wet += weight
+                        * self.immersed.seen[slot].as_ref().map_or(T::ZERO, |seen| seen.row(row)[k][3]);
+                }
+            },
+        );
+        if open > T::ZERO { wet.to_f64() / open.to_f64() } else { 1.0 }
     }
 
     /// Slot of the block with these coordinates.

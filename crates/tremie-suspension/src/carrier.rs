@@ -9,6 +9,8 @@ pub struct Seen {
     pub velocity: DVec3,
     /// Share of what lies around that is fluid: 1 inside, 0 in air, where nothing is felt.
     pub share: f64,
+    /// Where more air than fluid lies around: the way back, of length 0 at the surface and 1 where there is nothing but air.
+    pub inward: DVec3,
 }
 
 /// A fluid that carries inclusions.

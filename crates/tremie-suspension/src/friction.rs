@@ -76,6 +76,9 @@ pub(crate) struct Grip {
 /// forces on it and without, in `dt / (rho grain^2)`: half of `(sum w^2)^2`, w being the weights of the cosine along one axis, 0.375.
 const SELF: f64 = 0.0703;
 
+/// Diameter in grains up to which a line of points stands for a cylinder.
+const THICKEST: f64 = 2.05;
+
 /// The correction of the thesis (Svec 2013, Eq. 3.14) for a diameter and a viscosity in units of the lattice.
 pub fn svec_correction(diameter: f64, viscosity: f64) -> f64 {
     5.5 / (diameter * diameter / viscosity).powf(0.89) + 1.0
@@ -95,7 +98,7 @@ const MOST: f64 = 0.9 / SELF;
 /// The points of a form.
 pub(crate) fn grips(form: &Form, coupling: Coupling, medium: &Medium) -> Vec<Grip> {
     match *form {
-        Form::Fibre { length, diameter } if diameter < 2.0 * medium.grain => {
+        Form::Fibre { length, diameter } if diameter < THICKEST * medium.grain => {
             let friction = per_length(diameter, coupling, medium);
             let pieces = (length / medium.grain).round().max(1.0) as usize;
             let piece = length / pieces as f64;

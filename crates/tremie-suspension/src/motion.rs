@@ -223,7 +223,10 @@ mod tests {
     }
 
     fn seen(grips: &[Grip], orientation: DQuat, velocity: impl Fn(DVec3) -> DVec3) -> Vec<Seen> {
-        grips.iter().map(|grip| Seen { velocity: velocity(orientation * grip.at), share: 1.0 }).collect()
+        grips
+            .iter()
+            .map(|grip| Seen { velocity: velocity(orientation * grip.at), share: 1.0, ..Seen::default() })
+            .collect()
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! All bodies and their fluid: the order of things in a step.
 //!
-//! 1. The points of all bodies ask the fluid how fast it moves there ([`Carrier::see`]).
+//! 1. The points of all bodies ask the fluid how fast it moves there ([`Carrier::see`]). Those that have come out of the surface feel a pull back into the
+//!    fluid beside the drag: the skin that a real surface has, and the method has not.
 //! 2. Each body finds its velocity (module `motion`).
 //! 3. Bodies that would run into each other or into walls are kept from it ([`Contacts`]), each by as much as it answers while the fluid holds it: so what
 //!    the fluid gets and what bodies hand each other together are all that there is.
@@ -87,6 +88,9 @@ impl Suspension {
         self.seen.resize(self.points.len(), Seen::default());
         carrier.see(&self.points, &mut self.seen);
         let (step, density, gravity) = (carrier.time_step(), carrier.density(), carrier.gravity());
+        // What comes out of the surface is drawn back, no faster than a grain of fluid falls back by itself.
+        let back = (gravity.length() * carrier.grain()).sqrt();
+        self.seen.par_iter_mut().for_each(|seen| seen.velocity += back * seen.inward);
         let moved: Vec<Moved> = (0..self.inclusions.len())
             .into_par_iter()
             .map(|n| {
