@@ -226,3 +226,39 @@ fn bodies_move_the_same_on_any_threads_and_after_a_restart() {
     assert_eq!(one.inclusions, run(2, None).inclusions);
     assert!(one == run(2, Some(137)), "after a restart");
 }
+
+#[test]
+fn bodies_stay_in_the_fluid_and_out_of_the_floor() {
+    let (case, suspension) = collapse();
+    let mut simulation = tremie_lbm::simulation_with(&case, Some(suspension));
+    let cell = 0.01;
+    for _ in 0..8 {
+        advance(&mut *simulation, 100);
+        let snapshot = simulation.snapshot();
+        let (bodies, Fluid::Cells(cells)) = (&snapshot.inclusions, &snapshot.fluid);
+        // Of a cell that holds fluid.
+        let outside = |p: DVec3| {
+            let at = ((p - cells.origin) / cell - 0.5).round();
+            let near =
+                (0..27).map(|n| at + DVec3::new((n % 3) as f64, (n / 3 % 3) as f64, (n / 9) as f64) - 1.0);
+            let count = DVec3::from(cells.count.map(|n| n as f64));
+            let wet = near.filter(|at| at.cmpge(DVec3::ZERO).all() && at.cmplt(count).all()).any(|at| {
+                let [i, j, k] = at.to_array().map(|n| n as usize);
+                cells.fill[cells.index(i, j, k)] > 0.0
+            });
+            !wet
+        };
+        for n in 0..bodies.len() {
+            let (points, radius) = match (bodies.ends(n), bodies.form(n)) {
+                (Some(ends), _) => (ends.to_vec(), 0.375e-3),
+                (None, form) => (vec![bodies.position[n]], form.reach()),
+            };
+            for p in points {
+                // A tenth of a cell for fibres, 1 % of the diameter for others.
+                let sunk = (radius - p.min_element()).max(0.0);
+                assert!(sunk < 0.1 * cell, "body {n} is {sunk} m deep in a wall");
+                assert!(!outside(p), "body {n} is out of the fluid at {p}");
+            }
+        }
+    }
+}
