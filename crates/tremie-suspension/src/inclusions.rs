@@ -97,11 +97,11 @@ impl Inclusions {
             new.add(kind, batch, vector(0), DQuat::from_slice(&numbers[15..]));
             let n = new.len() - 1;
             new.id[n] = u64::from(labels[0]) | u64::from(labels[1]) << 32;
-            new.next = new.next.max(new.id[n].saturating_add(1));
             new.contacts[n] = labels[3];
             [new.velocity[n], new.angular_velocity[n], new.drag[n], new.torque[n]] =
                 [vector(1), vector(2), vector(3), vector(4)];
         }
+        new.next = new.id.iter().max().map_or(0, |id| id.saturating_add(1));
         *self = new;
         fits.then_some(())
     }
