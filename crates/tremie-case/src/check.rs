@@ -185,6 +185,7 @@ fn scheme(lbm: &Lbm, case: &Case, document: &Document<'_>) -> Result<(), Fault> 
     let unknown = [
         ("solids", !case.solids.is_empty()),
         ("cages", !case.cages.is_empty()),
+        ("inclusions", !case.groups.is_empty()),
         ("inlets", !case.inlets.is_empty()),
         ("outlets and open sides", case.has_outlets()),
         ("batches", !case.batches().is_empty()),
@@ -266,7 +267,7 @@ fn cells(domain: &Domain, lbm: &Lbm, document: &Document<'_>) -> Result<(), Faul
 }
 
 /// Without the noise in the last digits that a sum of decimal numbers leaves, and without negative zeros.
-fn tidy(number: f64) -> f64 {
+pub(crate) fn tidy(number: f64) -> f64 {
     format!("{number:.11e}").parse().unwrap_or(number) + 0.0
 }
 

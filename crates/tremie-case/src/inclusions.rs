@@ -10,6 +10,7 @@ use tremie_suspension::{
 };
 
 use crate::case::{Case, Side};
+use crate::check::tidy;
 use crate::document::{
     Bound, Choice, Document, Maybe, Name, Need, Or, Quantity, Rule, Section, Variants, Vector, WordOr, maybe,
     need, or,
@@ -74,8 +75,15 @@ pub(crate) const GROUP: Section<InclusionGroup> = {
             "volume_fraction = 0.005",
         ],
         read: |t| {
-            let amount = match (t.maybe(&NUMBER)?, t.maybe(&SHARE)?) {
-                (Some(number), None) => Amount::Number(number.round() as usize),
+            let (number, seed) = (t.maybe(&NUMBER)?, t.or(&SEED)?);
+            for (key, number) in [("number", number), ("seed", Some(seed))] {
+                if number.is_some_and(|number| number.fract() != 0.0) {
+                    let value = t.value(key).unwrap_or_else(|| t.itself());
+                    return Err(value.fault("must be a whole number", "write one without a fraction"));
+                }
+            }
+            let amount = match (number, t.maybe(&SHARE)?) {
+                (Some(number), None) => Amount::Number(number as usize),
                 (None, Some(share)) => Amount::Share(share),
                 (None, None) => {
                     let help = "add volume_fraction = 0.005, say, or a number";
@@ -91,7 +99,7 @@ pub(crate) const GROUP: Section<InclusionGroup> = {
                 amount,
                 region: t.maybe(&WITHIN)?,
                 direction: t.or(&DIRECTION)?,
-                seed: t.or(&SEED)?.round() as u64,
+                seed: seed as u64,
                 batch: t.maybe(&BATCH)?,
             })
         },
@@ -215,6 +223,38 @@ impl Case {
     }
 }
 
+/// Cells that a fibre must be long, and another body thick, for the lattice to see it.
+const FEWEST_CELLS: [f64; 2] = [3.0, 2.0];
+
+/// Bodies are large enough for the cells, and no longer than half of a period.
+fn sizes(group: &InclusionGroup, case: &Case, path: &str, document: &Document<'_>) -> Result<(), Fault> {
+    let crate::case::Method::Lbm(lbm) = &case.method;
+    let [fibre, other] = FEWEST_CELLS.map(|cells| cells * lbm.cell_size);
+    let (key, size, least) = match group.kind.form {
+        Form::Fibre { length, .. } => ("fibre.length", length, fibre),
+        Form::Sphere { diameter } => ("sphere.diameter", diameter, other),
+        Form::Ellipsoid { half_axes } => ("ellipsoid.axes", 2.0 * half_axes.min_element(), other),
+    };
+    let place = document.locate(&format!("{path}.{key}"));
+    if size < least * (1.0 - 1e-9) {
+        let problem = format!("the cells are too large to see bodies of {} m", tidy(size));
+        let advice = format!("write \"{} m\" at least, or smaller cells", tidy(least));
+        return Err(
+            Fault::new(place, problem, advice).related(document.find("lbm.cell_size"), "the cell size")
+        );
+    }
+    let longest = 2.0 * group.kind.form.reach();
+    if let Some(period) = case.periods().0.into_iter().flatten().find(|period| *period < 2.0 * longest) {
+        let problem = format!("the bodies are longer than half of the period of {} m", tidy(period));
+        return Err(Fault::new(
+            place,
+            problem,
+            "write less, or let the domain be longer between its periodic sides",
+        ));
+    }
+    Ok(())
+}
+
 /// The bodies of a case at the start.
 pub(crate) fn placed(case: &Case, document: &Document<'_>) -> Result<Inclusions, Fault> {
     let kinds = case.groups.iter().map(|group| group.kind.clone()).collect();
@@ -223,6 +263,7 @@ pub(crate) fn placed(case: &Case, document: &Document<'_>) -> Result<Inclusions,
     let batches = case.batches();
     for (n, group) in case.groups.iter().enumerate() {
         let path = format!("inclusions.{n}");
+        sizes(group, case, &path, document)?;
         // Where there is fluid, in the domain, outside of solids.
         let distance = |p: DVec3| {
             let fluid = case.fluid.iter().map(|region| region.shape.signed_distance(p));

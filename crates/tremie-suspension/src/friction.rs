@@ -92,8 +92,8 @@ fn overhang(viscosity: f64) -> f64 {
 }
 
 /// Largest friction of a line per length, in `rho grain^2 / dt`, that the fluid takes a step later without being thrown to and fro: a force on its
-/// velocity that takes away twice of that velocity, less a tenth.
-const MOST: f64 = 0.9 / SELF;
+/// velocity that takes away twice of that velocity, less a fiftieth.
+const MOST: f64 = 0.98 / SELF;
 
 /// The points of a form.
 pub(crate) fn grips(form: &Form, coupling: Coupling, medium: &Medium) -> Vec<Grip> {

@@ -2,6 +2,7 @@
 
 mod bars;
 mod cages;
+mod inclusions;
 mod random_text;
 mod right_cases;
 mod schema;
