@@ -591,6 +591,7 @@ fn a_new_case_is_ready_to_run_and_replaces_nothing() {
             "slab",
             "beam",
             "wall",
+            "fibre-slump",
             "l-form"
         ]
     );
@@ -625,8 +626,22 @@ fn the_schema_is_that_of_a_case_file() {
     assert_eq!(
         keys,
         [
-            "bars", "domain", "fluid", "gauges", "inlet", "lbm", "material", "method", "outlet", "output",
-            "solid", "stop", "title"
+            "bars",
+            "cage",
+            "domain",
+            "fluid",
+            "gauges",
+            "inclusions",
+            "inlet",
+            "lbm",
+            "material",
+            "method",
+            "outlet",
+            "output",
+            "solid",
+            "stop",
+            "suspension",
+            "title"
         ]
     );
 }
