@@ -210,6 +210,7 @@ mod tests {
     use crate::friction::{Coupling, Medium, grips};
 
     const STEEL: f64 = 7850.0;
+    const GRAVITY: DVec3 = DVec3::new(0.0, 0.0, -9.81);
     const FIBRE: Form = Form::Fibre { length: 0.06, diameter: 0.75e-3 };
     const AT_REST: Motion = Motion {
         position: DVec3::ZERO,
@@ -220,6 +221,11 @@ mod tests {
 
     fn medium(time_step: f64) -> Medium {
         Medium { grain: 0.01, line_radius: 0.0115, density: 2300.0, viscosity: 30.0, time_step }
+    }
+
+    /// The fibre in a fluid that it is heavier than.
+    fn fibre<'a>(grips: &'a [Grip], seen: &'a [Seen]) -> Dragged<'a> {
+        Dragged { form: &FIBRE, density: STEEL, grips, seen, fluid_density: 2300.0, gravity: GRAVITY }
     }
 
     fn seen(grips: &[Grip], orientation: DQuat, velocity: impl Fn(DVec3) -> DVec3) -> Vec<Seen> {
@@ -253,21 +259,13 @@ mod tests {
         let stream = |arm: DVec3| DVec3::new(0.1, 0.02, -0.03) + DVec3::new(0.3, -0.5, 0.7).cross(arm);
         let seen = seen(&grips, orientation, stream);
         let zeta: [f64; 2] = [grips.iter().map(|g| g.across).sum(), grips.iter().map(|g| g.along).sum()];
-        let gravity = DVec3::new(0.0, 0.0, -9.81);
-        let dragged = Dragged {
-            form: &FIBRE,
-            density: STEEL,
-            grips: &grips,
-            seen: &seen,
-            fluid_density: 2300.0,
-            gravity,
-        };
+        let dragged = fibre(&grips, &seen);
         let mut motion = Motion { orientation, ..AT_REST };
         for _ in 0..200 {
             motion = dragged.implicit(&motion, 1e-3).0;
         }
         let axis = orientation * DVec3::Z;
-        let weight = (STEEL - 2300.0) * FIBRE.volume() * gravity;
+        let weight = (STEEL - 2300.0) * FIBRE.volume() * GRAVITY;
         let sinks = (weight - axis * weight.dot(axis)) / zeta[0] + axis * weight.dot(axis) / zeta[1];
         assert!((motion.velocity - stream(DVec3::ZERO) - sinks).length() < 1e-9, "{}", motion.velocity);
         let turns = motion.angular_velocity - axis * motion.angular_velocity.dot(axis);
@@ -287,7 +285,6 @@ mod tests {
                 grip.across *= stiffness;
                 grip.along *= stiffness;
             }
-            let gravity = DVec3::new(0.0, 0.0, -9.81);
             let turned = DQuat::from_rotation_arc(DVec3::Z, DVec3::new(-0.6, 0.0, 0.8));
             let shear = |x: DVec3| DVec3::new(5.0 * x.z, 0.0, 0.0);
             let mut ends = [Motion { orientation: turned, ..AT_REST }; 2];
@@ -296,14 +293,7 @@ mod tests {
                 for (scheme, motion) in ends.iter_mut().enumerate() {
                     let at = motion.position;
                     let seen = seen(&grips, motion.orientation, |arm| shear(at + arm));
-                    let dragged = Dragged {
-                        form: &FIBRE,
-                        density: STEEL,
-                        grips: &grips,
-                        seen: &seen,
-                        fluid_density: 2300.0,
-                        gravity,
-                    };
+                    let dragged = fibre(&grips, &seen);
                     if scheme == 0 {
                         *motion = dragged.implicit(motion, step).0;
                         motion.move_on(step);
@@ -313,14 +303,7 @@ mod tests {
                 }
                 let at = forward.position;
                 let seen = seen(&grips, forward.orientation, |arm| shear(at + arm));
-                let dragged = Dragged {
-                    form: &FIBRE,
-                    density: STEEL,
-                    grips: &grips,
-                    seen: &seen,
-                    fluid_density: 2300.0,
-                    gravity,
-                };
+                let dragged = fibre(&grips, &seen);
                 let [a, _] = dragged.acceleration(&forward);
                 forward.velocity += step * a;
             }
