@@ -7,11 +7,13 @@ use rayon::prelude::*;
 use tremie_numerics::DVec3;
 use tremie_suspension::{Carrier, Seen, Wall, Walls};
 
-use crate::delta::{Around, each_cell, line, mirrored};
+use crate::delta::{Around, mirrored};
 use crate::grid::Grid;
+use crate::immersed::Vectors;
 use crate::lanes::LANES;
 use crate::lattice::{C, Q};
-use crate::real::Real;
+use crate::processor::for_this_processor;
+use crate::real::{Four, Real};
 use crate::scaling::Scaling;
 use crate::solids::Solids;
 use crate::topology::{Boundary, EDGE, ROWS, Topology};
@@ -20,7 +22,7 @@ use crate::topology::{Boundary, EDGE, ROWS, Topology};
 const LEAST: f64 = 1e-3;
 
 /// Points in one pass over the lattice.
-const CHUNK: usize = 256;
+pub(crate) const CHUNK: usize = 256;
 
 /// Radius in cells of the cylinder as which a line of points a cell apart moves through the fluid (measured on cylinders between plates).
 const LINE_RADIUS: f64 = 1.15;
@@ -123,12 +125,6 @@ impl Walls for Sides<'_> {
 }
 
 impl<T: Real> Grid<T> {
-    /// The cells around a point in cells from the domain's lower corner.
-    #[inline(always)]
-    pub(crate) fn near(&self, at: DVec3) -> Around<T> {
-        [0, 1, 2].map(|a| line(&self.topology, a, at[a]))
-    }
-
     /// Makes what is seen fit the cells as they are now: after a step, cells may have become fluid or air.
     pub(crate) fn look(&mut self) {
         let Self { immersed, kinds, fills, front, .. } = self;
@@ -165,29 +161,58 @@ impl<T: Real> Grid<T> {
         let grid = &*self;
         (points.par_chunks(CHUNK), seen.par_chunks_mut(CHUNK), shares.par_chunks_mut(CHUNK))
             .into_par_iter()
-            .for_each(|(points, seen, shares)| {
-                for ((at, seen), share) in points.iter().zip(seen).zip(shares) {
-                    *share = grid.seen_at(*at, seen);
-                }
-            });
+            .for_each(|(points, seen, shares)| see_points(grid, points, seen, shares));
         self.immersed.shares = shares;
+    }
+
+    /// Sum of what is seen around a point by its weights, the share of fluid last.
+    #[inline(always)]
+    fn sum_around(&self, at: DVec3) -> [T; 4] {
+        let around = Around::new(&self.topology, at);
+        let seen = &self.immersed.seen;
+        let mut sum = T::Four::splat(T::ZERO);
+        if let Some(blocks) = self.blocks_around(&around) {
+            around.each_four(|block, row, first, weights, of_row| {
+                let cells = blocks[block & 7].row(row);
+                let cell = |k: usize| T::Four::read(&cells[(first + k) & (LANES - 1)]) * weights[k];
+                sum = sum + ((cell(0) + cell(1)) + (cell(2) + cell(3))) * T::Four::splat(of_row);
+            });
+        } else {
+            around.each_cell(
+                &self.topology,
+                |block| self.slot_of_block(block) as usize,
+                |slot, row, k, weight, mirrors| {
+                    if let Some(seen) = &seen[slot] {
+                        let cell = mirrored(seen.row(row)[k & (LANES - 1)], mirrors);
+                        sum = sum + T::Four::read(&cell) * T::Four::splat(weight);
+                    }
+                },
+            );
+        }
+        let mut all = [T::ZERO; 4];
+        sum.write(&mut all);
+        all
+    }
+
+    /// What is seen of the eight blocks from that of the first cell on, as far as cells around a point lie in them.
+    #[inline(always)]
+    fn blocks_around(&self, around: &Around<T>) -> Option<[&Vectors<T>; 8]> {
+        let (first, next) = around.corner()?;
+        let block = |n: usize| {
+            let place = [0, 1, 2].map(|a| first[a] + usize::from(next[a] && n >> a & 1 == 1));
+            self.immersed.seen[self.slot_of_block(place) as usize].as_deref()
+        };
+        let mut blocks = [block(0)?; 8];
+        let reach = [0, 1, 2].map(|a| usize::from(next[a]) << a).iter().sum::<usize>();
+        for n in (1..8).filter(|n| n & reach == *n) {
+            blocks[n] = block(n)?;
+        }
+        Some(blocks)
     }
 
     #[inline(always)]
     fn seen_at(&self, at: DVec3, seen: &mut Seen) -> T {
-        let mut sum = [T::ZERO; 4];
-        each_cell(
-            &self.near(at),
-            |block| self.slot_of_block(block) as usize,
-            |slot, row, k, weight, mirrors| {
-                if let Some(seen) = &self.immersed.seen[slot] {
-                    let cell = mirrored(seen.row(row)[k & (LANES - 1)], mirrors);
-                    for a in 0..4 {
-                        sum[a] += weight * cell[a];
-                    }
-                }
-            },
-        );
+        let sum = self.sum_around(at);
         let share = sum[3].to_f64() / 64.0;
         if share < LEAST {
             *seen = Seen::default();
@@ -212,8 +237,8 @@ impl<T: Real> Grid<T> {
     /// Share of fluid in what is not solid around a point.
     fn wetness(&self, at: DVec3) -> f64 {
         let (mut wet, mut open) = (T::ZERO, T::ZERO);
-        each_cell(
-            &self.near(at),
+        Around::new(&self.topology, at).each_cell(
+            &self.topology,
             |block| self.slot_of_block(block) as usize,
             |slot, row, k, weight, _| {
                 if self.kinds[slot][row & (ROWS - 1)].solid >> (k & (LANES - 1)) & 1 == 0 {
@@ -228,7 +253,19 @@ impl<T: Real> Grid<T> {
 
     /// Slot of the block with these coordinates.
     #[inline(always)]
-    pub(crate) fn slot_of_block(&self, block: [u32; 3]) -> u32 {
-        self.slot_at(block.map(|n| n as usize * EDGE))
+    pub(crate) fn slot_of_block(&self, block: [usize; 3]) -> u32 {
+        self.slot_at(block.map(|n| n * EDGE))
+    }
+}
+
+for_this_processor! {
+    /// What is seen at points, and the shares of fluid around them.
+    see_points = see_points_here<T: Real>(grid: &Grid<T>, points: &[DVec3], seen: &mut [Seen], shares: &mut [T])
+}
+
+#[inline(always)]
+fn see_points_here<T: Real>(grid: &Grid<T>, points: &[DVec3], seen: &mut [Seen], shares: &mut [T]) {
+    for ((at, seen), share) in points.iter().zip(seen).zip(shares) {
+        *share = grid.seen_at(*at, seen);
     }
 }

@@ -4,20 +4,17 @@
 //! weighs the product of its three weights times the share of it that is fluid, over the sum of these (Eq. 2.28). Symmetry planes and periodic sides
 //! are looked through; what lies beyond other sides has no weight.
 
-use crate::real::Real;
+use tremie_numerics::DVec3;
+
+use crate::real::{Four, Real, by_axis};
 use crate::topology::{Boundary, EDGE, Topology};
 
-/// The four cells around a point along one axis.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Line<T> {
-    pub(crate) weight: [T; 4],
-    /// Coordinate of their block, and theirs within it.
-    pub(crate) block: [u32; 4],
-    pub(crate) index: [u8; 4],
-    /// Whether they are seen in a mirror.
-    pub(crate) flip: [bool; 4],
-    /// Whether all of them lie side by side in one block as in most places.
-    pub(crate) plain: bool,
+/// The cells around a point: along each axis the first of the four, beyond the domain's sides too, and their weights.
+pub(crate) struct Around<T> {
+    first: [i64; 3],
+    weight: [[T; 4]; 3],
+    /// Whether all of them lie in the domain.
+    inside: bool,
 }
 
 /// Sine and cosine of `pi x / 2` for x from 0 to 1, to 2e-8 (Taylor about the middle, by the angle sum): the same on every processor.
@@ -30,33 +27,97 @@ fn quarter(x: f64) -> [f64; 2] {
     [half * (sine + cosine), half * (cosine - sine)]
 }
 
-/// The cells around `at`, in cells from the lower side of the domain.
-pub(crate) fn line<T: Real>(topology: &Topology, axis: usize, at: f64) -> Line<T> {
-    let cells = topology.cells[axis] as i64;
-    // Beyond its sides nothing is asked for but what lies within two cells.
-    let at = at.clamp(-2.0, cells as f64 + 2.0);
-    let below = (at - 0.5).floor();
-    let [sine, cosine] = quarter(at - 0.5 - below);
-    let weight = [1.0 - sine, 1.0 + cosine, 1.0 + sine, 1.0 - cosine].map(T::from_f64);
-    let first = below as i64 - 1;
-    if first >= 0 && first + 3 < cells {
-        let at = [0, 1, 2, 3].map(|k| (first + k) as usize);
-        let block = at.map(|at| (at / EDGE) as u32);
-        let index = at.map(|at| (at % EDGE) as u8);
-        return Line { weight, block, index, flip: [false; 4], plain: block[0] == block[3] };
+/// The first of the four cells around a coordinate, and how far that is beyond the middle of the second.
+#[inline(always)]
+pub(crate) fn first(topology: &Topology, axis: usize, at: f64) -> (i64, f64) {
+    // Beyond the sides nothing is asked for but what lies within two cells. What is positive is cut off to the whole number below.
+    let at = at.clamp(-2.0, topology.cells[axis] as f64 + 2.0) + 2.5;
+    let below = at as i32;
+    (i64::from(below) - 4, at - f64::from(below))
+}
+
+impl<T: Real> Around<T> {
+    /// Around `at`, in cells from the lower corner of the domain.
+    #[inline(always)]
+    pub(crate) fn new(topology: &Topology, at: DVec3) -> Self {
+        let mut around = Self { first: [0; 3], weight: [[T::ZERO; 4]; 3], inside: true };
+        for a in 0..3 {
+            let (first, beyond) = first(topology, a, at[a]);
+            let [sine, cosine] = quarter(beyond);
+            around.weight[a] = [1.0 - sine, 1.0 + cosine, 1.0 + sine, 1.0 - cosine].map(T::from_f64);
+            around.first[a] = first;
+            around.inside &= around.first[a] >= 0 && around.first[a] + 3 < topology.cells[a] as i64;
+        }
+        around
     }
-    let mut line = Line { weight, block: [0; 4], index: [0; 4], flip: [false; 4], plain: false };
-    for k in 0..4 {
-        match beyond(topology, axis, first + k as i64) {
-            Some((at, flip)) => {
-                line.block[k] = (at / EDGE) as u32;
-                line.index[k] = (at % EDGE) as u8;
-                line.flip[k] = flip;
+
+    /// Coordinates of the block with the first cell, and for each axis whether some cells lie in the next, if all lie in the domain.
+    #[inline(always)]
+    pub(crate) fn corner(&self) -> Option<([usize; 3], [bool; 3])> {
+        let first = self.first.map(|n| n as usize);
+        self.inside.then_some((first.map(|n| n / EDGE), first.map(|n| n % EDGE > EDGE - 4)))
+    }
+
+    /// Goes through the cells, if all lie in the domain, four of a row at a time: which of the eight blocks from the first cell's on (the bits of the
+    /// number are x, y and z), the row, the first of the four in it, their weights along x, and the weight of the row. Where the four lie in two
+    /// blocks, some of the eight that are gone through have no weight.
+    #[inline(always)]
+    pub(crate) fn each_four(&self, mut see: impl FnMut(usize, usize, usize, &[T::Four; 4], T)) {
+        let [x, y, z] = self.first.map(|n| n as usize % EDGE);
+        let low = x.min(EDGE - 4);
+        let shift = x - low;
+        let mut padded = [T::ZERO; 12];
+        padded[4..8].copy_from_slice(&self.weight[0]);
+        let four = |from: usize| {
+            [
+                T::Four::splat(padded[from]),
+                T::Four::splat(padded[from + 1]),
+                T::Four::splat(padded[from + 2]),
+                T::Four::splat(padded[from + 3]),
+            ]
+        };
+        let (here, next) = (four(4 - shift), four(8 - shift));
+        for k in 0..4 {
+            for j in 0..4 {
+                let (y, z, weight) = (y + j, z + k, self.weight[1][j] * self.weight[2][k]);
+                let block = (y / EDGE) << 1 | (z / EDGE) << 2;
+                let row = y % EDGE + EDGE * (z % EDGE);
+                see(block, row, low, &here, weight);
+                if shift > 0 {
+                    see(block | 1, row, 0, &next, weight);
+                }
             }
-            None => line.weight[k] = T::ZERO,
         }
     }
-    line
+
+    /// Goes through the cells wherever they lie: the place of each by the coordinates of its block, its row and its place in the row, its
+    /// weight, and the mirrors it is seen in.
+    #[inline(always)]
+    pub(crate) fn each_cell(
+        &self,
+        topology: &Topology,
+        mut find: impl FnMut([usize; 3]) -> usize,
+        mut see: impl FnMut(usize, usize, usize, T, u8),
+    ) {
+        // Cells beyond the sides have no weight.
+        let cell = |axis: usize, n: usize| {
+            let found = beyond(topology, axis, self.first[axis] + n as i64);
+            let (at, flip) = found.unwrap_or((0, false));
+            let weight = if found.is_some() { self.weight[axis][n] } else { T::ZERO };
+            (at / EDGE, at % EDGE, weight, u8::from(flip) << axis)
+        };
+        let cells = by_axis(|axis| [cell(axis, 0), cell(axis, 1), cell(axis, 2), cell(axis, 3)]);
+        for (bz, z, weight, flip) in cells[2] {
+            for (by, y, along, turned) in cells[1] {
+                let (row, weight, flip) = (y + EDGE * z, weight * along, flip | turned);
+                for (bx, x, along, turned) in cells[0] {
+                    if weight * along != T::ZERO {
+                        see(find([bx, by, bz]), row, x, weight * along, flip | turned);
+                    }
+                }
+            }
+        }
+    }
 }
 
 /// The coordinate that a coordinate means, and whether it does so in a mirror; none beyond other sides.
@@ -72,45 +133,6 @@ pub(crate) fn beyond(topology: &Topology, axis: usize, at: i64) -> Option<(usize
             (0..cells).contains(&mirrored).then_some((mirrored as usize, true))
         }
         Boundary::Wall(_) | Boundary::Open => None,
-    }
-}
-
-/// The four cells around a point along each axis.
-pub(crate) type Around<T> = [Line<T>; 3];
-
-/// Goes through the cells around a point: the place of each in `around`, its row and its place in the row, its weight, and the mirrors it is
-/// seen in.
-#[inline(always)]
-pub(crate) fn each_cell<T: Real>(
-    around: &Around<T>,
-    mut find: impl FnMut([u32; 3]) -> usize,
-    mut see: impl FnMut(usize, usize, usize, T, u8),
-) {
-    let [x, y, z] = around;
-    for k in 0..4 {
-        for j in 0..4 {
-            let weight = y.weight[j] * z.weight[k];
-            if weight == T::ZERO {
-                continue;
-            }
-            let row = usize::from(y.index[j]) + EDGE * usize::from(z.index[k]);
-            let block = |i: usize| [x.block[i], y.block[j], z.block[k]];
-            let flip = |line: &Line<T>, n: usize, axis: u8| u8::from(line.flip[n]) << axis;
-            let mirrors = flip(y, j, 1) | flip(z, k, 2);
-            if x.plain {
-                let found = find(block(0));
-                for i in 0..4 {
-                    see(found, row, usize::from(x.index[i]), weight * x.weight[i], mirrors);
-                }
-                continue;
-            }
-            for i in 0..4 {
-                if x.weight[i] != T::ZERO {
-                    let mirrors = mirrors | flip(x, i, 0);
-                    see(find(block(i)), row, usize::from(x.index[i]), weight * x.weight[i], mirrors);
-                }
-            }
-        }
     }
 }
 
@@ -131,19 +153,59 @@ pub(crate) fn mirrored<T: Real>(mut vector: [T; 4], mirrors: u8) -> [T; 4] {
 mod tests {
     use super::*;
 
+    const SIZE: [usize; 3] = [64, 11, 24];
+
     #[test]
-    fn weights_are_those_of_the_cosine_and_sum_to_four() {
-        let topology = Topology::new([64, 8, 8], [[Boundary::Open; 2]; 3]);
+    fn weights_are_those_of_the_cosine_and_sum_to_sixty_four() {
+        let topology = Topology::new(SIZE, [[Boundary::Open; 2]; 3]);
         for n in 0..200 {
-            let at = 8.0 + 0.0931 * f64::from(n);
-            let line = line::<f64>(&topology, 0, at);
-            for k in 0..4 {
-                let cell = EDGE as f64 * f64::from(line.block[k]) + f64::from(line.index[k]) + 0.5;
-                let exact = 1.0 + (std::f64::consts::FRAC_PI_2 * (cell - at)).cos();
-                assert!((line.weight[k] - exact).abs() < 1e-7 && (cell - at).abs() <= 2.0, "{at} {cell}");
-            }
-            assert!((line.weight.iter().sum::<f64>() - 4.0).abs() < 1e-14);
+            let at = DVec3::new(3.1 + 0.0931 * f64::from(n), 4.5 + 0.007 * f64::from(n), 7.93);
+            let around = Around::<f64>::new(&topology, at);
+            let ([bx, by, bz], _) = around.corner().unwrap();
+            let mut sum = 0.0;
+            around.each_four(|block, row, first, weights, of_row| {
+                for (k, weight) in weights.iter().map(|weight| weight.x * of_row).enumerate() {
+                    if weight == 0.0 {
+                        continue;
+                    }
+                    let block = [bx + (block & 1), by + (block >> 1 & 1), bz + (block >> 2)];
+                    let cell = [first + k, row % EDGE, row / EDGE];
+                    let centre: DVec3 = [0, 1, 2].map(|a| (EDGE * block[a] + cell[a]) as f64 + 0.5).into();
+                    let off = centre - at;
+                    let exact: f64 = off
+                        .to_array()
+                        .map(|r| 1.0 + (std::f64::consts::FRAC_PI_2 * r).cos())
+                        .iter()
+                        .product();
+                    assert!((weight - exact).abs() < 1e-6 && off.abs().max_element() <= 2.0, "{at} {centre}");
+                    sum += weight;
+                }
+            });
+            assert!((sum - 64.0).abs() < 1e-12, "{sum}");
         }
+    }
+
+    #[test]
+    fn cells_are_the_same_four_by_four_and_one_by_one() {
+        let topology = Topology::new(SIZE, [[Boundary::Periodic; 2]; 3]);
+        let at = DVec3::new(22.4, 5.8, 8.1);
+        let around = Around::<f64>::new(&topology, at);
+        let ([bx, by, bz], _) = around.corner().unwrap();
+        let (mut fours, mut ones) = (Vec::new(), Vec::new());
+        around.each_four(|block, row, first, weights, of_row| {
+            let number = topology.number([bx + (block & 1), by + (block >> 1 & 1), bz + (block >> 2)]);
+            let cells = (0..4).map(|k| (number, row, first + k, weights[k].x * of_row));
+            fours.extend(cells.filter(|cell| cell.3 != 0.0));
+        });
+        around.each_cell(
+            &topology,
+            |block| topology.number(block),
+            |block, row, k, weight, _| ones.push((block, row, k, weight)),
+        );
+        for cells in [&mut fours, &mut ones] {
+            cells.sort_by(|a, b| (a.0, a.1, a.2).cmp(&(b.0, b.1, b.2)));
+        }
+        assert_eq!(fours, ones);
     }
 
     #[test]
@@ -154,7 +216,18 @@ mod tests {
         assert_eq!([see(0, -1), see(0, -2), see(0, 12)], [Some((0, true)), Some((1, true)), Some((9, true))]);
         assert_eq!([see(1, -1), see(1, 12)], [Some((10, false)), Some((1, false))]);
         assert_eq!([see(2, -1), see(2, 11), see(2, 3)], [None, None, Some((3, false))]);
-        let line = line::<f64>(&topology, 2, 0.5);
-        assert_eq!(line.weight[0], 0.0);
+        let around = Around::<f64>::new(&topology, DVec3::new(0.5, 5.5, 0.5));
+        assert!(around.corner().is_none());
+        let (mut cells, mut flipped) = (0, 0);
+        around.each_cell(
+            &topology,
+            |_| 0,
+            |_, _, _, _, flip| {
+                cells += 1;
+                flipped += usize::from(flip == 1);
+            },
+        );
+        // Along z the cell beyond the wall is none; along x that beyond the mirror is seen in it.
+        assert_eq!((cells, flipped), (4 * 4 * 3, 4 * 3));
     }
 }

@@ -7,7 +7,7 @@
 use crate::grid::Grid;
 use crate::lanes::{LANES, Lanes};
 use crate::real::Real;
-use crate::spread::Reach;
+use crate::spread::Pencils;
 use crate::topology::{CELLS, ROWS};
 
 /// A vector and one more number for each cell of a block.
@@ -61,14 +61,14 @@ pub(crate) struct Immersed<T> {
     pub(crate) pushes: Field<T>,
     /// For each point that was asked for last, the share of what lies around it that is fluid.
     pub(crate) shares: Vec<T>,
-    /// Which blocks points reach into.
-    pub(crate) reach: [Reach; 3],
+    /// The order in which forces are spread, once it is needed.
+    pub(crate) pencils: Option<Pencils>,
 }
 
 impl<T: Real> Immersed<T> {
     /// For a fluid with inclusions in it, or without.
     pub(crate) fn new(any: bool) -> Self {
-        Self { any, seen: Vec::new(), pushes: Vec::new(), shares: Vec::new(), reach: Default::default() }
+        Self { any, seen: Vec::new(), pushes: Vec::new(), shares: Vec::new(), pencils: None }
     }
 
     /// Without any fluid.

@@ -1,21 +1,80 @@
 //! Forces of inclusions on the cells around their points.
 //!
-//! Points in different blocks may push the same cell. So that it always gets the same sum, points are taken block by block, in their
-//! order, and blocks whose points reach the same cells one after the other: each has a colour, and only those of one colour are worked on at once.
+//! Points in different blocks may push the same cell. So that it always gets the same sum, points are taken in the order of their blocks, pencil by
+//! pencil of these, and pencils whose points reach the same cells one after the other: layer by layer, and within a layer each pencil has a colour,
+//! and only those of one colour are worked on at once. What a layer reads and writes stays in the caches from one colour to the next.
+
+use std::ops::Range;
 
 use rayon::prelude::*;
 use tremie_numerics::DVec3;
 
-use crate::delta::{beyond, each_cell, mirrored};
+use crate::carrier::CHUNK;
+use crate::delta::{Around, beyond, first, mirrored};
 use crate::grid::Grid;
 use crate::immersed::Vectors;
 use crate::lanes::LANES;
-use crate::real::Real;
+use crate::processor::for_this_processor;
+use crate::real::{Four, Real, by_axis};
 use crate::topology::{EDGE, OUTSIDE, Topology};
+
+/// The pencils of blocks: along the second longest axis, beside each other along the longest, in layers along the shortest.
+#[derive(Debug, Clone)]
+pub(crate) struct Pencils {
+    along: usize,
+    across: usize,
+    layers: usize,
+    /// Number of blocks along each axis.
+    number: [usize; 3],
+    reach: [Reach; 3],
+}
+
+impl Pencils {
+    fn new(topology: &Topology) -> Self {
+        let mut axes = [0, 1, 2];
+        axes.sort_by_key(|a| std::cmp::Reverse(topology.blocks[*a]));
+        let [across, along, layers] = axes;
+        let mut reach = axes.map(|_| Reach::default());
+        reach[along].blocks = vec![(0..topology.blocks[along] as u32).collect()];
+        reach[across] = Reach::new(topology, across);
+        reach[layers] = Reach::new(topology, layers);
+        Self { along, across, layers, number: topology.blocks, reach }
+    }
+
+    /// Place of a block in the order of all.
+    fn place(&self, block: [usize; 3]) -> usize {
+        let Self { along, across, layers, number, reach } = self;
+        let colours = reach[*across].colours;
+        let colour = reach[*across].colour[block[*across]];
+        ((block[*layers] * colours + colour) * number[*across] + block[*across]) * number[*along]
+            + block[*along]
+    }
+
+    /// Number of these places.
+    fn places(&self) -> usize {
+        self.number.iter().product::<usize>() * self.reach[self.across].colours
+    }
+
+    /// The blocks that points of a pencil reach into, by the places of its own blocks over their number.
+    fn near(&self, pencil: usize) -> [&[u32]; 3] {
+        let (across, layer) = (pencil % self.number[self.across], self.layer(pencil));
+        let home = |a: usize| match a {
+            a if a == self.along => 0,
+            a if a == self.across => across,
+            _ => layer / self.reach[self.across].colours,
+        };
+        [0, 1, 2].map(|a| self.reach[a].blocks[home(a)].as_slice())
+    }
+
+    /// What pencils that are worked on at once have in common: the layer and the colour.
+    fn layer(&self, pencil: usize) -> usize {
+        pencil / self.number[self.across]
+    }
+}
 
 /// Which blocks points reach into, along one axis, by the block of their first cell.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Reach {
+struct Reach {
     /// The blocks.
     blocks: Vec<Vec<u32>>,
     /// A colour such that blocks of one colour reach into none together.
@@ -52,131 +111,158 @@ fn home(topology: &Topology, axis: usize, first: i64) -> usize {
     beyond(topology, axis, first).map_or(first.clamp(0, last) as usize, |(at, _)| at) / EDGE
 }
 
-/// The points of a block whose forces are spread, and the forces on the blocks they reach into.
-struct Spread<T> {
-    /// Coordinates of the block.
-    block: [usize; 3],
-    /// First and end of its points among all in order.
-    points: [usize; 2],
-    /// The slot of each block in reach, and its forces.
+/// The points of a pencil whose forces are spread, and the forces on the blocks they reach into.
+struct Spread<'a, T> {
+    /// Its points.
+    points: &'a [u32],
+    /// Coordinates of the blocks in reach along each axis.
+    near: [&'a [u32]; 3],
+    /// The slot of each of them and the forces on it, x fastest.
     pushed: Vec<(usize, Option<Box<Vectors<T>>>)>,
+}
+
+/// Place of a block among those in reach along an axis.
+#[inline(always)]
+fn place(near: &[u32], block: usize) -> usize {
+    // Along a pencil all blocks are in reach.
+    if near.get(block).is_some_and(|near| *near as usize == block) {
+        return block;
+    }
+    near.iter().position(|near| *near as usize == block).unwrap_or(0)
 }
 
 impl<T: Real> Grid<T> {
     /// Spreads a force in lattice units from each point that was asked for last.
     pub(crate) fn push_at(&mut self, points: &[DVec3], forces: &[DVec3]) {
         self.immersed.pushes.par_iter_mut().flatten().for_each(|push| **push = bytemuck::Zeroable::zeroed());
-        if self.immersed.reach[0].blocks.is_empty() {
-            self.immersed.reach = [0, 1, 2].map(|axis| Reach::new(&self.topology, axis));
-        }
+        let pencils = self.immersed.pencils.take().unwrap_or_else(|| Pencils::new(&self.topology));
         let shares = std::mem::take(&mut self.immersed.shares);
         let pushing = |n: usize| shares[n] > T::ZERO && forces[n] != DVec3::ZERO;
-        let (homes, order, ends) = self.sorted(points, pushing);
-        let reach = std::mem::take(&mut self.immersed.reach);
-        let colour = |block: [usize; 3]| [0, 1, 2].map(|a| reach[a].colour[block[a]]);
-        for n in 0..reach.iter().map(|reach| reach.colours).product() {
-            let now = [0, 1, 2].map(|a| {
-                let before: usize = reach[..a].iter().map(|reach| reach.colours).product();
-                n / before % reach[a].colours
-            });
-            let blocks = homes.iter().zip(&ends).filter(|(block, _)| colour(**block) == now);
-            let mut tasks: Vec<Spread<T>> = blocks
-                .map(|(block, points)| Spread {
-                    block: *block,
-                    points: *points,
-                    pushed: self.take(*block, &reach),
+        let (order, ends) = self.sorted(&pencils, points, pushing);
+        for at_once in ends.chunk_by(|a, b| pencils.layer(a.0) == pencils.layer(b.0)) {
+            let mut tasks: Vec<Spread<'_, T>> = at_once
+                .iter()
+                .map(|(pencil, points)| {
+                    let near = pencils.near(*pencil);
+                    Spread { points: &order[points.clone()], near, pushed: self.take(near) }
                 })
                 .collect();
-            tasks.par_iter_mut().for_each(|task| {
-                for &n in &order[task.points[0]..task.points[1]] {
-                    let n = n as usize;
-                    self.spread(points[n], forces[n], shares[n], &reach, task);
-                }
-            });
+            let grid = &*self;
+            tasks.par_iter_mut().for_each(|task| spread_points(grid, points, forces, &shares, task));
             for (slot, pushed) in tasks.into_iter().flat_map(|task| task.pushed) {
                 if slot > OUTSIDE as usize {
                     self.immersed.pushes[slot] = pushed;
                 }
             }
         }
-        self.immersed.reach = reach;
+        self.immersed.pencils = Some(pencils);
         self.immersed.shares = shares;
     }
 
-    /// The blocks that points belong to, the points in the order of their blocks, and the first and end of those of each block.
+    /// The points in the order of their blocks, and for each pencil those of its own among them.
     fn sorted(
         &self,
+        pencils: &Pencils,
         points: &[DVec3],
         asks: impl Fn(usize) -> bool + Sync,
-    ) -> (Vec<[usize; 3]>, Vec<u32>, Vec<[usize; 2]>) {
+    ) -> (Vec<u32>, Vec<(usize, Range<usize>)>) {
         let topology = &self.topology;
         let none = u32::MAX;
-        let home = |n: usize| match asks(n) {
-            false => none,
-            true => topology.number([0, 1, 2].map(|a| {
-                let cells = topology.cells[a] as f64;
-                home(topology, a, (points[n][a].clamp(-2.0, cells + 2.0) - 0.5).floor() as i64 - 1)
-            })) as u32,
+        let place = |n: usize| {
+            let block = |a: usize| home(topology, a, first(topology, a, points[n][a]).0);
+            if asks(n) { pencils.place(by_axis(block)) as u32 } else { none }
         };
-        let homes: Vec<u32> = (0..points.len()).into_par_iter().map(home).collect();
-        let mut ends = vec![0u32; topology.blocks.iter().product::<usize>() + 1];
-        for &home in homes.iter().filter(|home| **home != none) {
-            ends[home as usize + 1] += 1;
+        let places: Vec<u32> = (0..points.len()).into_par_iter().with_min_len(CHUNK).map(place).collect();
+        let mut ends = vec![0u32; pencils.places() + 1];
+        for &place in places.iter().filter(|place| **place != none) {
+            ends[place as usize + 1] += 1;
         }
-        let (mut blocks, mut ranges) = (Vec::new(), Vec::new());
         for n in 1..ends.len() {
-            let (first, number) = (ends[n - 1], ends[n]);
-            ends[n] += first;
-            if number > 0 {
-                let [nx, ny, _] = topology.blocks;
-                blocks.push([(n - 1) % nx, (n - 1) / nx % ny, (n - 1) / nx / ny]);
-                ranges.push([first as usize, (first + number) as usize]);
-            }
+            ends[n] += ends[n - 1];
         }
+        let length = pencils.number[pencils.along];
+        let ranges = (0..pencils.places() / length)
+            .map(|n| (n, ends[n * length] as usize..ends[(n + 1) * length] as usize))
+            .filter(|(_, points)| !points.is_empty())
+            .collect();
         let mut order = vec![0u32; ends[ends.len() - 1] as usize];
-        for (n, &home) in homes.iter().enumerate().filter(|(_, home)| **home != none) {
-            order[ends[home as usize] as usize] = n as u32;
-            ends[home as usize] += 1;
+        for (n, &place) in places.iter().enumerate().filter(|(_, place)| **place != none) {
+            order[ends[place as usize] as usize] = n as u32;
+            ends[place as usize] += 1;
         }
-        (blocks, order, ranges)
+        (order, ranges)
     }
 
-    /// Takes the forces on all blocks that points of this one reach into, x fastest.
-    fn take(&mut self, block: [usize; 3], reach: &[Reach; 3]) -> Vec<(usize, Option<Box<Vectors<T>>>)> {
-        let [x, y, z] = [0, 1, 2].map(|a| &reach[a].blocks[block[a]]);
+    /// Takes the forces on all blocks in reach.
+    fn take(&mut self, [x, y, z]: [&[u32]; 3]) -> Vec<(usize, Option<Box<Vectors<T>>>)> {
         let mut taken = Vec::with_capacity(x.len() * y.len() * z.len());
         for (&k, &j) in z.iter().flat_map(|k| y.iter().map(move |j| (k, j))) {
             for &i in x {
-                let slot = self.slot_of_block([i, j, k]) as usize;
+                let slot = self.slot_of_block([i, j, k].map(|n| n as usize)) as usize;
                 let pushed = if slot > OUTSIDE as usize { self.immersed.pushes[slot].take() } else { None };
                 taken.push((slot, pushed));
             }
         }
         taken
     }
+}
 
-    #[inline(always)]
-    fn spread(&self, at: DVec3, force: DVec3, share: T, reach: &[Reach; 3], task: &mut Spread<T>) {
-        let force = [force.x, force.y, force.z, 0.0].map(|f| T::from_f64(f / share.to_f64()));
-        let near = [0, 1, 2].map(|a| &reach[a].blocks[task.block[a]]);
-        let place = |a: usize, block: u32| near[a].iter().position(|near| *near == block).unwrap_or(0);
-        let count = [near[0].len(), near[1].len()];
-        let pushed = &mut task.pushed;
-        each_cell(
-            &self.near(at),
-            |block| place(0, block[0]) + count[0] * (place(1, block[1]) + count[1] * place(2, block[2])),
-            |found, row, k, weight, mirrors| {
-                let (slot, push) = &mut pushed[found];
-                if let (Some(push), Some(seen)) = (push, &self.immersed.seen[*slot]) {
-                    let k = k & (LANES - 1);
-                    let weight = weight * seen.row(row)[k][3];
-                    let cell = &mut push.row_mut(row)[k];
-                    let force = mirrored(force, mirrors);
-                    for a in 0..4 {
-                        cell[a] += weight * force[a];
-                    }
+for_this_processor! {
+    /// Spreads the forces from the points of a pencil.
+    spread_points = spread_points_here<T: Real>(
+        grid: &Grid<T>, points: &[DVec3], forces: &[DVec3], shares: &[T], task: &mut Spread<'_, T>
+    )
+}
+
+#[inline(always)]
+fn spread_points_here<T: Real>(
+    grid: &Grid<T>,
+    points: &[DVec3],
+    forces: &[DVec3],
+    shares: &[T],
+    task: &mut Spread<'_, T>,
+) {
+    for n in task.points.iter().map(|n| *n as usize) {
+        let force = forces[n] / shares[n].to_f64();
+        let force = [force.x, force.y, force.z, 0.0].map(T::from_f64);
+        let around = Around::<T>::new(&grid.topology, points[n]);
+        let (seen, near, pushed) = (&grid.immersed.seen, task.near, &mut task.pushed);
+        let counts = [near[0].len(), near[1].len()];
+        let among = |[x, y, z]: [usize; 3]| x + counts[0] * (y + counts[1] * z);
+        if let Some((first, _)) = around.corner() {
+            let places = [0, 1, 2].map(|a| [0, 1].map(|next| place(near[a], first[a] + next)));
+            let places: [usize; 8] =
+                std::array::from_fn(|n| among([places[0][n & 1], places[1][n >> 1 & 1], places[2][n >> 2]]));
+            let seen: [Option<&Vectors<T>>; 8] =
+                places.map(|place| pushed.get(place).and_then(|(slot, _)| seen[*slot].as_deref()));
+            let force = T::Four::read(&force);
+            around.each_four(|block, row, first, weights, of_row| {
+                let found = pushed.get_mut(places[block & 7]);
+                let (Some(seen), Some((_, Some(push)))) = (seen[block & 7], found) else { return };
+                let (seen, push) = (seen.row(row), push.row_mut(row));
+                let force = force * T::Four::splat(of_row);
+                for (k, weight) in weights.iter().enumerate() {
+                    let k = (first + k) & (LANES - 1);
+                    let more = force * (*weight * T::Four::splat(seen[k][3]));
+                    (T::Four::read(&push[k]) + more).write(&mut push[k]);
                 }
-            },
-        );
+            });
+        } else {
+            around.each_cell(
+                &grid.topology,
+                |block| among(by_axis(|a| place(near[a], block[a]))),
+                |found, row, k, weight, mirrors| {
+                    if let Some((slot, Some(push))) = pushed.get_mut(found)
+                        && let Some(seen) = &seen[*slot]
+                    {
+                        let k = k & (LANES - 1);
+                        let weight = weight * seen.row(row)[k][3];
+                        let cell = &mut push.row_mut(row)[k];
+                        let more = T::Four::read(&mirrored(force, mirrors)) * T::Four::splat(weight);
+                        (T::Four::read(cell) + more).write(cell);
+                    }
+                },
+            );
+        }
     }
 }

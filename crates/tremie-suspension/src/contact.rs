@@ -87,19 +87,19 @@ impl Contacts {
         time_step: f64,
     ) {
         self.look(bodies);
-        let speeds: Vec<f64> = (0..bodies.len())
-            .into_par_iter()
-            .with_min_len(CHUNK)
-            .map(|n| {
-                bodies.velocity[n].length() + bodies.angular_velocity[n].length() * self.outlines[n].reach()
-            })
-            .collect();
-        let fastest = speeds.iter().copied().fold(0.0, f64::max);
-        self.find(bodies, periods, film, 2.0 * time_step * fastest);
-        let mut contacts = self.together(|n| {
-            let outlines = &self.outlines;
+        let outlines = std::mem::take(&mut self.outlines);
+        // How far a body moves in the step, and its surface by turning.
+        let ways = |n: usize| {
+            let turn = bodies.angular_velocity[n].length() * outlines[n].reach();
+            (time_step * bodies.velocity[n], time_step * turn)
+        };
+        self.find(bodies, &outlines, periods, film, ways);
+        let mut contacts = Self::together(outlines.len(), |n| {
             let mut found = Vec::new();
+            let own = ways(n);
             for other in self.neighbours.of(n) {
+                let other_own = ways(other as usize);
+                let nearer = (own.0 - other_own.0).length() + own.1 + other_own.1;
                 let pair = ordered(bodies, n as u32, other);
                 let (a, b) = (pair.0 as usize, pair.1 as usize);
                 let (p, q) = (&outlines[a], &outlines[b]);
@@ -109,7 +109,7 @@ impl Contacts {
                     .then(|| p.radius * q.radius / (p.radius + q.radius))
                     .map_or(0.0, |radius| squeeze(film, radius, met.distance));
                 let watched = WATCH * p.thickness.min(q.thickness);
-                if met.distance >= watched + time_step * (speeds[a] + speeds[b]) && squeezed == 0.0 {
+                if met.distance >= watched + nearer && squeezed == 0.0 {
                     continue;
                 }
                 let arms = (met.at, met.at - way);
@@ -131,11 +131,12 @@ impl Contacts {
             }
             found
         });
-        contacts.extend(self.together(|n| {
-            let outline = &self.outlines[n];
+        contacts.extend(Self::together(outlines.len(), |n| {
+            let outline = &outlines[n];
             let round = outline.is_sphere();
             // What walls do themselves in a step is less than a fifth of a grain, or the fluid could not follow.
-            let own = time_step * speeds[n] + 0.2 * film.grain + WATCH * outline.thickness;
+            let (way, turn) = ways(n);
+            let own = way.length() + turn + 0.2 * film.grain + WATCH * outline.thickness;
             let margin = if round { own.max(film.width()) } else { own };
             let mut touches: Vec<Touch> = Vec::new();
             near_walls(outline, walls, margin, &mut touches);
@@ -151,6 +152,7 @@ impl Contacts {
             };
             touches.into_iter().map(contact).collect()
         }));
+        self.outlines = outlines;
         contacts.par_sort_by_key(|contact| ids(bodies, contact.bodies));
         let pushed = impulse::resolve(&contacts, bodies, responses, self.law.friction, time_step);
         count(&pushed, &mut bodies.contacts);
@@ -202,9 +204,9 @@ impl Contacts {
         film: Film,
     ) -> f64 {
         self.look(bodies);
-        self.find(bodies, periods, film, 0.0);
-        let outlines = &self.outlines;
-        let mut close = self.together(|n| {
+        let mut outlines = std::mem::take(&mut self.outlines);
+        self.find(bodies, &outlines, periods, film, |_| (DVec3::ZERO, 0.0));
+        let mut close = Self::together(outlines.len(), |n| {
             let near = |other: u32| {
                 let (a, b) = ordered(bodies, n as u32, other);
                 let (p, q) = (&outlines[a as usize], &outlines[b as usize]);
@@ -214,7 +216,7 @@ impl Contacts {
             };
             self.neighbours.of(n).filter_map(near).collect()
         });
-        close.extend(self.together(|n| {
+        close.extend(Self::together(outlines.len(), |n| {
             let mut touches = Vec::new();
             near_walls(&outlines[n], walls, WATCH * outlines[n].thickness, &mut touches);
             let least = touches.iter().map(|touch| touch.distance).reduce(f64::min);
@@ -224,8 +226,9 @@ impl Contacts {
         if worst > separation::ALLOWED {
             close.par_sort_by_key(|&(_, pair)| ids(bodies, pair));
             let pairs: Vec<(u32, u32)> = close.into_iter().map(|(_, pair)| pair).collect();
-            separation::push_apart(&pairs, bodies, &mut self.outlines, responses, walls, periods);
+            separation::push_apart(&pairs, bodies, &mut outlines, responses, walls, periods);
         }
+        self.outlines = outlines;
         worst
     }
 
@@ -238,29 +241,35 @@ impl Contacts {
             .collect_into_vec(&mut self.outlines);
     }
 
-    /// Makes the list of neighbours hold all pairs nearer than `range` in m, and those that a film ties.
-    fn find(&mut self, bodies: &Inclusions, periods: &Periods, film: Film, range: f64) {
+    /// Makes the list of neighbours hold all pairs that may touch when bodies go by `ways` in m and by as much more as turning gives, and those that
+    /// a film ties.
+    fn find(
+        &mut self,
+        bodies: &Inclusions,
+        outlines: &[Outline],
+        periods: &Periods,
+        film: Film,
+        ways: impl Fn(usize) -> (DVec3, f64) + Sync,
+    ) {
         let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
-        for outline in &self.outlines {
+        for outline in outlines {
             // Sparse neighbours cost little, and a list that lasts saves much: for thin bodies sooner than for thick ones.
             least = least.min(outline.thickness * if outline.half == DVec3::ZERO { 0.4 } else { 6.0 });
             most = most.max(outline.thickness);
         }
-        // A list for about sixteen such steps, if the skin is not too thick then.
-        let spare = (16.0 * range).clamp(0.1 * least, least);
         self.neighbours.update(
             &bodies.id,
-            &self.outlines,
+            outlines,
             periods,
             0.5 * film.width(),
-            range + WATCH * most,
-            spare,
+            WATCH * most,
+            0.1 * least..=least,
+            ways,
         );
     }
 
     /// What is found for each body, in their order.
-    fn together<T: Send>(&self, of: impl Fn(usize) -> Vec<T> + Sync) -> Vec<T> {
-        let number = self.outlines.len();
+    fn together<T: Send>(number: usize, of: impl Fn(usize) -> Vec<T> + Sync) -> Vec<T> {
         let chunks: Vec<Vec<T>> = (0..number.div_ceil(CHUNK))
             .into_par_iter()
             .map(|chunk| (chunk * CHUNK..((chunk + 1) * CHUNK).min(number)).flat_map(&of).collect())

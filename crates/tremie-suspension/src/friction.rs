@@ -11,7 +11,7 @@
 //!     zeta_across = 4 pi mu / ln(2 R / d),   zeta_along = 2 pi mu / ln(2 R / d)
 //! ```
 //!
-//! (of thick ones no more than a step can bear, [`MOST`]). Points are a grain apart or less, both ends among them with half the length. The thesis (Svec 2013, Eq. 3.13, 3.14) instead forces the fluid
+//! (of thick ones no more than a step can bear, [`most`]). Points are a grain apart or less, both ends among them with half the length. The thesis (Svec 2013, Eq. 3.13, 3.14) instead forces the fluid
 //! onto the fibre's velocity, `F = C rho/dt (u* - v) dV` in the fluid's velocity before the force, `C = 5.5 / tf^0.89 + 1`, `tf = d^2/nu` in units of the
 //! lattice: the same in all directions, and for one range of viscosities. It can be chosen, to be compared with.
 //!
@@ -91,9 +91,17 @@ fn overhang(viscosity: f64) -> f64 {
     0.695 - 2.433 * viscosity.sqrt() + 0.917 * viscosity
 }
 
-/// Largest friction of a line per length, in `rho grain^2 / dt`, that the fluid takes a step later without being thrown to and fro: a force on its
-/// velocity that takes away twice of that velocity, less a fiftieth.
-const MOST: f64 = 0.98 / SELF;
+/// Variance in `grain^2` of the weights with which a point is spread and seen again.
+const SMEARED: f64 = 1.045;
+
+/// Largest friction of a line per length, in `rho grain^2 / dt`, that the fluid takes a step later without being thrown to and fro.
+///
+/// A force takes effect half at once and half a step later, when viscosity has spread it: of its effect on the line's own place a share q is left then.
+/// So with x, the friction times [`SELF`], the fluid's velocity follows u' = (q - x) u - q x u'', which decays for q x < 1. In the plane across the
+/// line q is the variance before over the variance after, 1 / (1 + 2 nu / variance). Less a fiftieth.
+fn most(medium: &Medium) -> f64 {
+    0.98 / SELF * (1.0 + 2.0 * medium.lattice_viscosity() / SMEARED)
+}
 
 /// The points of a form.
 pub(crate) fn grips(form: &Form, coupling: Coupling, medium: &Medium) -> Vec<Grip> {
@@ -125,7 +133,7 @@ fn per_length(diameter: f64, coupling: Coupling, medium: &Medium) -> [f64; 2] {
         Coupling::Slender => {
             let missing = (2.0 * medium.line_radius / diameter).ln();
             let across = 4.0 * PI * medium.viscosity / missing;
-            let most = MOST * medium.density * medium.grain * medium.grain / medium.time_step;
+            let most = most(medium) * medium.density * medium.grain * medium.grain / medium.time_step;
             [across.min(most), (0.5 * across).min(most)]
         }
         Coupling::Svec => {

@@ -16,6 +16,7 @@ mod near_wall;
 mod neighbours;
 pub mod orientation;
 mod placement;
+mod regions;
 mod response;
 mod separation;
 mod suspension;

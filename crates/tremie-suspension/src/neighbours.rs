@@ -3,13 +3,20 @@
 //! A long thin fibre in a grid of cells of its own length finds hundreds of others that it will never meet. So fibres are cut into pieces
 //! a few diameters long, every piece lies in the cell of its middle, and pieces in neighbouring cells are compared. Pieces of very
 //! different sizes lie in different grids, each twice as coarse as the one before; a small body looks into the coarser grids,
-//! never the other way. The pairs are those nearer than a skin. They serve until bodies may have moved by half of it.
+//! never the other way. The pairs are those nearer than a skin. They serve until bodies may have moved against each other by as much
+//! (module `regions`).
+
+use std::ops::RangeInclusive;
 
 use rayon::prelude::*;
 use tremie_numerics::DVec3;
 
 use crate::Periods;
 use crate::distance::{Outline, nearest_of_segments};
+use crate::regions::Regions;
+
+/// Steps that a list of pairs lasts, if it may.
+const LASTS: f64 = 16.0;
 
 /// Bodies in one piece of parallel work.
 pub(crate) const CHUNK: usize = 256;
@@ -21,26 +28,36 @@ pub(crate) struct Neighbours {
     skin: f64,
     /// Centres and half segments when it was made.
     then: Vec<(DVec3, DVec3)>,
+    /// How far centres have moved since, and ends against these, in m.
+    moved: Vec<(DVec3, f64)>,
+    regions: Regions,
     /// The bodies that it was made for.
     ids: Vec<u64>,
     /// Where the partners of each body start.
     starts: Vec<u32>,
     /// Partners, each pair once, with the body that has the smaller pieces or comes first; and how far away they were then, in m.
     partners: Vec<(u32, f64)>,
-    /// How near in m partners were then that can be within range now.
-    near: f64,
+    /// How near in m partners count.
+    range: f64,
 }
 
 impl Neighbours {
     /// Partners of a body that can be within range.
     pub(crate) fn of(&self, n: usize) -> impl Iterator<Item = u32> {
         let partners = &self.partners[self.starts[n] as usize..self.starts[n + 1] as usize];
-        partners.iter().filter(|(_, away)| *away < self.near).map(|&(partner, _)| partner)
+        let (way, turn) = self.moved[n];
+        partners.iter().filter_map(move |&(partner, away)| {
+            let (other, turned) = self.moved[partner as usize];
+            let near = self.range + turn + turned;
+            (away < near || away < near + (way - other).length()).then_some(partner)
+        })
     }
 
-    /// Makes the list hold all pairs nearer than `range` + the halos of both; when it must be made anew, with a skin of `spare` more.
+    /// Makes the list hold all pairs nearer than `range` + the halos of both + the way they may approach each other: by the `ways` of both,
+    /// and what comes to these by turning. When it must be made anew, it is made to last for some such ways, as far as `spare` allows.
     ///
-    /// `halo` is in m and for spheres only: how far they feel each other.
+    /// `halo` is in m and for spheres only: how far they feel each other. All is in m.
+    #[expect(clippy::too_many_arguments)]
     pub(crate) fn update(
         &mut self,
         ids: &[u64],
@@ -48,32 +65,41 @@ impl Neighbours {
         periods: &Periods,
         halo: f64,
         range: f64,
-        spare: f64,
+        spare: RangeInclusive<f64>,
+        ways: impl Fn(usize) -> (DVec3, f64) + Sync,
     ) {
         if self.ids == ids {
-            let moved = outlines
+            outlines
                 .par_iter()
                 .zip(&self.then)
                 .with_min_len(CHUNK)
                 .map(|(now, then)| {
-                    let centre = periods.shortest(now.centre - then.0);
                     // Ellipsoids are found by their outer sphere, which does not turn.
-                    let turn = now.half - then.1;
-                    (centre + turn).length().max((centre - turn).length())
+                    (periods.shortest(now.centre - then.0), (now.half - then.1).length())
                 })
-                .collect::<Vec<_>>()
-                .into_iter()
-                .fold(0.0, f64::max);
-            self.near = range + 2.0 * moved;
-            if self.near <= self.skin {
-                return;
+                .collect_into_vec(&mut self.moved);
+            let furthest = self.moved.iter().map(|moved| moved.0.length() + moved.1).fold(0.0, f64::max);
+            if furthest < self.regions.allowed {
+                self.range = range + self.regions.against_each_other(&ways);
+                let moved = self.regions.against_each_other(|n| self.moved[n]);
+                if self.range + moved <= self.skin {
+                    return;
+                }
             }
         }
-        (self.near, self.skin) = (range, range + spare);
+        let furthest =
+            (0..outlines.len()).map(&ways).map(|(way, turn)| way.length() + turn).fold(0.0, f64::max);
+        let widest = range + 2.0 * furthest + spare.end();
+        self.regions = Regions::new(outlines, periods, widest + 2.0 * halo);
+        let way = self.regions.against_each_other(ways);
+        self.range = range + way;
+        self.skin = self.range + (LASTS * way).clamp(*spare.start(), *spare.end());
         self.ids.clear();
         self.ids.extend_from_slice(ids);
         self.then.clear();
         self.then.extend(outlines.iter().map(|outline| (outline.centre, outline.half)));
+        self.moved.clear();
+        self.moved.resize(outlines.len(), (DVec3::ZERO, 0.0));
         self.search(outlines, periods, halo);
     }
 
@@ -95,8 +121,6 @@ impl Neighbours {
         let found: Vec<_> = (0..outlines.len().div_ceil(CHUNK))
             .into_par_iter()
             .map(|chunk| {
-                // For whom a body was found last: most are found by several pieces.
-                let mut known = vec![u32::MAX; outlines.len()];
                 let (mut counts, mut partners, mut near) = (Vec::new(), Vec::new(), Vec::<u32>::new());
                 for n in chunk * CHUNK..((chunk + 1) * CHUNK).min(outlines.len()) {
                     near.clear();
@@ -109,14 +133,15 @@ impl Neighbours {
                             grid.around(piece, |other| {
                                 if i64::from(other.body) > after
                                     && periods.shortest(other.at - piece).length_squared() < away
-                                    && known[other.body as usize] != n as u32
                                 {
-                                    known[other.body as usize] = n as u32;
                                     near.push(other.body);
                                 }
                             });
                         }
                     }
+                    // Most are found by several pieces.
+                    near.sort_unstable();
+                    near.dedup();
                     let before = partners.len();
                     partners.extend(near.iter().filter_map(|&other| {
                         let q = &outlines[other as usize];

@@ -12,6 +12,7 @@ use tremie_numerics::DVec3;
 
 use crate::friction::{Coupling, Grip, Medium, grips};
 use crate::motion::{Dragged, Motion, Scheme};
+use crate::neighbours::CHUNK;
 use crate::{Carrier, ContactLaw, Contacts, Film, Inclusions, Periods, Response, Seen, Walls};
 
 /// Relative error of each step of the scheme of Fehlberg.
@@ -28,11 +29,11 @@ pub struct Method {
     pub held: bool,
 }
 
-/// How a body moves in a step: in the mean, what its velocity and angular velocity have more than that at the end, and how it answers to impulses.
+/// How a body moves in a step: in the mean, and what its velocity and angular velocity have more than that at the end.
+#[derive(Debug, Clone, Copy)]
 struct Moved {
     mean: [DVec3; 2],
     more: [DVec3; 2],
-    response: Response,
 }
 
 /// Bodies in a fluid.
@@ -48,9 +49,13 @@ pub struct Suspension {
     /// The points of each kind, and what they were worked out for.
     grips: Vec<Vec<Grip>>,
     medium: Option<Medium>,
+    /// The first point of each body, and the end of all.
+    firsts: Vec<usize>,
     points: Vec<DVec3>,
     seen: Vec<Seen>,
     forces: Vec<DVec3>,
+    moved: Vec<Moved>,
+    responses: Vec<Response>,
 }
 
 impl Suspension {
@@ -70,9 +75,12 @@ impl Suspension {
             origin,
             grips: Vec::new(),
             medium: None,
+            firsts: Vec::new(),
             points: Vec::new(),
             seen: Vec::new(),
             forces: Vec::new(),
+            moved: Vec::new(),
+            responses: Vec::new(),
         }
     }
 
@@ -84,70 +92,87 @@ impl Suspension {
             let kinds = &self.inclusions.kinds;
             self.grips = kinds.iter().map(|kind| grips(&kind.form, self.method.coupling, &medium)).collect();
         }
-        let firsts = self.place_points();
-        self.seen.resize(self.points.len(), Seen::default());
+        self.place_points();
         carrier.see(&self.points, &mut self.seen);
         let (step, density, gravity) = (carrier.time_step(), carrier.density(), carrier.gravity());
         // What comes out of the surface is drawn back, no faster than a grain of fluid falls back by itself.
         let back = (gravity.length() * carrier.grain()).sqrt();
-        self.seen.par_iter_mut().for_each(|seen| seen.velocity += back * seen.inward);
-        let moved: Vec<Moved> = (0..self.inclusions.len())
+        self.seen.par_iter_mut().with_min_len(CHUNK).for_each(|seen| seen.velocity += back * seen.inward);
+        let (mut moved, mut responses) =
+            (std::mem::take(&mut self.moved), std::mem::take(&mut self.responses));
+        (0..self.inclusions.len())
             .into_par_iter()
+            .with_min_len(CHUNK)
             .map(|n| {
                 let kind = &self.inclusions.kinds[usize::from(self.inclusions.kind[n])];
                 let dragged = Dragged {
                     form: &kind.form,
                     density: kind.density,
                     grips: self.grips_of(n),
-                    seen: &self.seen[firsts[n]..firsts[n + 1]],
+                    seen: &self.seen[self.firsts[n]..self.firsts[n + 1]],
                     fluid_density: density,
                     gravity,
                 };
                 self.moved(n, &dragged, step)
             })
-            .collect();
-        let responses: Vec<Response> = moved.iter().map(|moved| moved.response).collect();
-        for (n, moved) in moved.iter().enumerate() {
-            [self.inclusions.velocity[n], self.inclusions.angular_velocity[n]] = moved.mean;
-        }
+            .unzip_into_vecs(&mut moved, &mut responses);
+        let bodies = &mut self.inclusions;
+        (&mut bodies.velocity, &mut bodies.angular_velocity, &moved)
+            .into_par_iter()
+            .with_min_len(CHUNK)
+            .for_each(|(velocity, angular, moved)| [*velocity, *angular] = moved.mean);
         let film = Film::of(carrier);
-        let periods = self.periods;
+        let (periods, origin) = (self.periods, self.origin);
         if !self.method.held {
             self.contacts.resolve(&mut self.inclusions, &responses, walls, &periods, film, step);
         }
-        self.react(&firsts);
+        self.react();
         carrier.push(&self.points, &self.forces);
-        for (n, moved) in moved.iter().enumerate() {
-            let mut motion = self.motion(n);
-            motion.move_on(step);
-            self.inclusions.position[n] = self.periods.inside(self.origin, motion.position);
-            self.inclusions.orientation[n] = motion.orientation;
-            self.inclusions.velocity[n] = motion.velocity + moved.more[0];
-            self.inclusions.angular_velocity[n] = motion.angular_velocity + moved.more[1];
-        }
+        let bodies = &mut self.inclusions;
+        let motions = (
+            &mut bodies.position,
+            &mut bodies.orientation,
+            &mut bodies.velocity,
+            &mut bodies.angular_velocity,
+        );
+        let (position, orientation, velocity, angular) = motions;
+        (position, orientation, velocity, angular, &moved).into_par_iter().with_min_len(CHUNK).for_each(
+            |(position, orientation, velocity, angular_velocity, moved)| {
+                let mut motion = Motion {
+                    position: *position,
+                    orientation: *orientation,
+                    velocity: *velocity,
+                    angular_velocity: *angular_velocity,
+                };
+                motion.move_on(step);
+                *position = periods.inside(origin, motion.position);
+                *orientation = motion.orientation;
+                *velocity += moved.more[0];
+                *angular_velocity += moved.more[1];
+            },
+        );
         if !self.method.held {
             self.contacts.separate(&mut self.inclusions, &responses, walls, &periods, film, step);
         }
+        (self.moved, self.responses) = (moved, responses);
     }
 
-    /// How a body moves in a step if it meets nothing.
-    fn moved(&self, n: usize, dragged: &Dragged<'_>, step: f64) -> Moved {
+    /// How a body moves in a step if it meets nothing, and how it answers to impulses.
+    fn moved(&self, n: usize, dragged: &Dragged<'_>, step: f64) -> (Moved, Response) {
         let from = self.motion(n);
+        let steady = |mean: [DVec3; 2]| Moved { mean, more: [DVec3::ZERO; 2] };
         if self.method.held {
-            let mean = [from.velocity, from.angular_velocity];
-            return Moved { mean, more: [DVec3::ZERO; 2], response: Response::FIXED };
+            return (steady([from.velocity, from.angular_velocity]), Response::FIXED);
         }
         let (to, response) = dragged.implicit(&from, step);
         match self.method.scheme {
-            Scheme::Implicit => {
-                Moved { mean: [to.velocity, to.angular_velocity], more: [DVec3::ZERO; 2], response }
-            }
+            Scheme::Implicit => (steady([to.velocity, to.angular_velocity]), response),
             Scheme::Fehlberg => {
                 let to = dragged.fehlberg(&from, step, TOLERANCE);
                 let turn = to.orientation * from.orientation.inverse();
                 let mean = [(to.position - from.position) / step, turn.to_scaled_axis() / step];
                 let more = [to.velocity - mean[0], to.angular_velocity - mean[1]];
-                Moved { mean, more, response }
+                (Moved { mean, more }, response)
             }
         }
     }
@@ -165,42 +190,77 @@ impl Suspension {
         }
     }
 
-    /// Finds the points of all bodies, and says which is the first of each.
-    fn place_points(&mut self) -> Vec<usize> {
-        let mut firsts = Vec::with_capacity(self.inclusions.len() + 1);
-        let mut points = std::mem::take(&mut self.points);
-        points.clear();
-        for n in 0..self.inclusions.len() {
-            firsts.push(points.len());
-            let (at, turn) = (self.inclusions.position[n], self.inclusions.orientation[n]);
-            points.extend(self.grips_of(n).iter().map(|grip| at + turn * grip.at));
-        }
-        firsts.push(points.len());
-        self.points = points;
-        firsts
+    /// Finds the points of all bodies.
+    fn place_points(&mut self) {
+        let Self { inclusions, grips, firsts, points, .. } = self;
+        firsts.clear();
+        let mut end = 0;
+        firsts.extend(inclusions.kind.iter().map(|kind| {
+            let first = end;
+            end += grips[usize::from(*kind)].len();
+            first
+        }));
+        firsts.push(end);
+        points.resize(end, DVec3::ZERO);
+        self.seen.resize(end, Seen::default());
+        let at = inclusions.position.par_chunks(CHUNK).zip(inclusions.orientation.par_chunks(CHUNK));
+        at.zip(inclusions.kind.par_chunks(CHUNK)).zip(of_chunks(firsts, points)).for_each(
+            |(((position, orientation), kind), points)| {
+                let mut points = points.iter_mut();
+                for ((at, turn), kind) in position.iter().zip(orientation).zip(kind) {
+                    for (grip, point) in grips[usize::from(*kind)].iter().zip(&mut points) {
+                        *point = *at + *turn * grip.at;
+                    }
+                }
+            },
+        );
     }
 
     /// The drag at each point, turned round, and what comes of it for each body.
-    fn react(&mut self, firsts: &[usize]) {
+    fn react(&mut self) {
         let mut forces = std::mem::take(&mut self.forces);
+        let [mut drags, mut torques] =
+            [&mut self.inclusions.drag, &mut self.inclusions.torque].map(std::mem::take);
         forces.resize(self.points.len(), DVec3::ZERO);
-        for n in 0..self.inclusions.len() {
-            let (mean, turn, first) = (self.motion(n), self.inclusions.orientation[n], firsts[n]);
-            let axis = turn * DVec3::Z;
-            let (mut drag, mut torque) = (DVec3::ZERO, DVec3::ZERO);
-            for (k, grip) in self.grips_of(n).iter().enumerate() {
-                let seen = &self.seen[first + k];
-                let arm = turn * grip.at;
-                let slip = if seen.share > 0.0 { mean.at(arm) - seen.velocity } else { DVec3::ZERO };
-                let along = axis * slip.dot(axis);
-                let force = grip.across * (slip - along) + grip.along * along;
-                drag -= force;
-                torque -= arm.cross(force);
-                forces[first + k] = force;
-            }
-            self.inclusions.drag[n] = drag;
-            self.inclusions.torque[n] = torque;
-        }
+        let own = (drags.par_chunks_mut(CHUNK), torques.par_chunks_mut(CHUNK)).into_par_iter();
+        own.zip(of_chunks(&self.firsts, &mut forces)).enumerate().for_each(
+            |(chunk, ((drags, torques), forces))| {
+                let mut forces = forces.iter_mut();
+                for (k, (drag, torque)) in drags.iter_mut().zip(torques).enumerate() {
+                    [*drag, *torque] = self.drag(chunk * CHUNK + k, &mut forces);
+                }
+            },
+        );
         self.forces = forces;
+        [self.inclusions.drag, self.inclusions.torque] = [drags, torques];
     }
+
+    /// Drag and its moment on a body, and what it does to the fluid at its points.
+    fn drag<'a>(&self, n: usize, forces: &mut impl Iterator<Item = &'a mut DVec3>) -> [DVec3; 2] {
+        let (mean, turn) = (self.motion(n), self.inclusions.orientation[n]);
+        let axis = turn * DVec3::Z;
+        let (mut drag, mut torque) = (DVec3::ZERO, DVec3::ZERO);
+        for ((grip, seen), force) in self.grips_of(n).iter().zip(&self.seen[self.firsts[n]..]).zip(forces) {
+            let arm = turn * grip.at;
+            let slip = if seen.share > 0.0 { mean.at(arm) - seen.velocity } else { DVec3::ZERO };
+            let along = axis * slip.dot(axis);
+            *force = grip.across * (slip - along) + grip.along * along;
+            drag -= *force;
+            torque -= arm.cross(*force);
+        }
+        [drag, torque]
+    }
+}
+
+/// What belongs to the bodies of each chunk, of what their points have.
+fn of_chunks<'a, T: Send>(firsts: &[usize], all: &'a mut [T]) -> rayon::vec::IntoIter<&'a mut [T]> {
+    let mut rest = all;
+    let mut chunk = |end: usize| {
+        let (own, others) = std::mem::take(&mut rest).split_at_mut(end);
+        rest = others;
+        own
+    };
+    let number = firsts.len() - 1;
+    let ends = (0..number.div_ceil(CHUNK)).map(|n| (n * CHUNK, ((n + 1) * CHUNK).min(number)));
+    ends.map(|(from, to)| chunk(firsts[to] - firsts[from])).collect::<Vec<_>>().into_par_iter()
 }

@@ -336,7 +336,8 @@ fn corners_hold_from_all_sides() {
     }
 }
 
-/// Neighbours that a search through all pairs finds, in periodic space and not, with bodies of very different sizes.
+/// Neighbours that a search through all pairs finds, in periodic space and not, with bodies of very different sizes, while all are carried far
+/// and some past each other.
 #[test]
 fn the_list_holds_all_that_are_near() {
     for periods in [Periods::default(), Periods([Some(0.3), None, Some(0.24)])] {
@@ -349,22 +350,36 @@ fn the_list_holds_all_that_are_near() {
         for n in (0..900).step_by(5) {
             crowd.kind[n] = 3;
         }
-        let outlines: Vec<Outline> = (0..900).map(|n| Outline::of(&crowd, n)).collect();
         let mut neighbours = Neighbours::default();
-        neighbours.update(&crowd.id, &outlines, &periods, 0.0005, 0.002, 0.001);
-        let mut listed: Vec<(usize, usize)> = (0..900)
-            .flat_map(|n| neighbours.of(n).map(move |k| (n.min(k as usize), n.max(k as usize))))
-            .collect();
-        let number = listed.len();
-        listed.sort_unstable();
-        listed.dedup();
-        assert_eq!(listed.len(), number, "a pair twice");
-        for b in 0..900 {
-            for a in 0..b {
-                let (p, q) = (&outlines[a], &outlines[b]);
-                let halo = 0.0005 * f64::from(u8::from(p.is_sphere()) + u8::from(q.is_sphere()));
-                let near = gap(p, q, periods.shortest(q.centre - p.centre)).distance < 0.002 + halo;
-                assert!(!near || listed.binary_search(&(a, b)).is_ok(), "{a} {b}");
+        for step in 0..12 {
+            let outlines: Vec<Outline> = (0..900).map(|n| Outline::of(&crowd, n)).collect();
+            let ways: Vec<(DVec3, f64)> = (0..900)
+                .map(|n| {
+                    let sheared = 0.01 * crowd.position[n].y + 2e-5 * f64::from(n as u32 % 7);
+                    (DVec3::new(5e-4 + sheared, 1e-4, 0.0), 2e-5 * f64::from(n as u32 % 3))
+                })
+                .collect();
+            neighbours.update(&crowd.id, &outlines, &periods, 0.0005, 0.001, 0.0005..=0.002, |n| ways[n]);
+            let mut listed: Vec<(usize, usize)> = (0..900)
+                .flat_map(|n| neighbours.of(n).map(move |k| (n.min(k as usize), n.max(k as usize))))
+                .collect();
+            let number = listed.len();
+            listed.sort_unstable();
+            listed.dedup();
+            assert_eq!(listed.len(), number, "a pair twice");
+            for b in 0..900 {
+                for a in 0..b {
+                    let (p, q) = (&outlines[a], &outlines[b]);
+                    let halo = 0.0005 * f64::from(u8::from(p.is_sphere()) + u8::from(q.is_sphere()));
+                    let way = (ways[a].0 - ways[b].0).length() + ways[a].1 + ways[b].1;
+                    let near = gap(p, q, periods.shortest(q.centre - p.centre)).distance < 0.001 + halo + way;
+                    assert!(!near || listed.binary_search(&(a, b)).is_ok(), "step {step}: {a} {b}");
+                }
+            }
+            for (n, (way, turn)) in ways.into_iter().enumerate() {
+                crowd.position[n] = periods.inside(DVec3::ZERO, crowd.position[n] + way);
+                let turn = DQuat::from_rotation_y(turn / outlines[n].reach());
+                crowd.orientation[n] = turn * crowd.orientation[n];
             }
         }
     }
