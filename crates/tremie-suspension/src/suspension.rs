@@ -45,6 +45,10 @@ pub struct Suspension {
     periods: Periods,
     /// Lower corner of space in m, where it repeats itself.
     origin: DVec3,
+    /// Gravity in m/s2 that bodies feel, if it is not the fluid's.
+    gravity: Option<DVec3>,
+    /// Whether bodies keep their direction and pass through each other.
+    unturned: bool,
     /// The points of each kind, and what they were worked out for.
     grips: Vec<Vec<Grip>>,
     medium: Option<Medium>,
@@ -68,12 +72,28 @@ impl Suspension {
             contacts: Contacts::new(contact),
             periods,
             origin,
+            gravity: None,
+            unturned: false,
             grips: Vec::new(),
             medium: None,
             points: Vec::new(),
             seen: Vec::new(),
             forces: Vec::new(),
         }
+    }
+
+    /// Lets the bodies feel this gravity in m/s2, whatever the fluid's is.
+    ///
+    /// Fluid that fills a closed box bears its own weight by its pressure, and moves as one without weight; but a compressible method would press it
+    /// together. Bodies still weigh as much less as the fluid in their place would.
+    pub fn under(self, gravity: DVec3) -> Self {
+        Self { gravity: Some(gravity), ..self }
+    }
+
+    /// Lets bodies move as the fluid does, but not turn, and pass through each other and through walls: so Svec (2013, section 3.3.3) has fibres that stay
+    /// as they lay at first.
+    pub fn unturned(self) -> Self {
+        Self { unturned: true, ..self }
     }
 
     /// Goes on for the step of the fluid that follows.
@@ -87,7 +107,8 @@ impl Suspension {
         let firsts = self.place_points();
         self.seen.resize(self.points.len(), Seen::default());
         carrier.see(&self.points, &mut self.seen);
-        let (step, density, gravity) = (carrier.time_step(), carrier.density(), carrier.gravity());
+        let (step, density) = (carrier.time_step(), carrier.density());
+        let gravity = self.gravity.unwrap_or_else(|| carrier.gravity());
         // What comes out of the surface is drawn back, no faster than a grain of fluid falls back by itself.
         let back = (gravity.length() * carrier.grain()).sqrt();
         self.seen.par_iter_mut().for_each(|seen| seen.velocity += back * seen.inward);
@@ -112,7 +133,8 @@ impl Suspension {
         }
         let film = Film::of(carrier);
         let periods = self.periods;
-        if !self.method.held {
+        let touches = !self.method.held && !self.unturned;
+        if touches {
             self.contacts.resolve(&mut self.inclusions, &responses, walls, &periods, film, step);
         }
         self.react(&firsts);
@@ -125,7 +147,7 @@ impl Suspension {
             self.inclusions.velocity[n] = motion.velocity + moved.more[0];
             self.inclusions.angular_velocity[n] = motion.angular_velocity + moved.more[1];
         }
-        if !self.method.held {
+        if touches {
             self.contacts.separate(&mut self.inclusions, &responses, walls, &periods, film, step);
         }
     }
@@ -138,6 +160,12 @@ impl Suspension {
             return Moved { mean, more: [DVec3::ZERO; 2], response: Response::FIXED };
         }
         let (to, response) = dragged.implicit(&from, step);
+        if self.unturned {
+            // The moment that takes the turning away moves the centre, too.
+            let moment = response.angular.inverse() * to.angular_velocity;
+            let mean = [to.velocity - response.cross * moment, DVec3::ZERO];
+            return Moved { mean, more: [DVec3::ZERO; 2], response: Response::FIXED };
+        }
         match self.method.scheme {
             Scheme::Implicit => {
                 Moved { mean: [to.velocity, to.angular_velocity], more: [DVec3::ZERO; 2], response }
