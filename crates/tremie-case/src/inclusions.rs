@@ -5,8 +5,8 @@
 use tremie_geometry::Shape;
 use tremie_numerics::DVec3;
 use tremie_suspension::{
-    Amount, AtWalls, ContactLaw, Coupling, Direction, Form, Inclusions, Kind, Method, Order, Periods, Region,
-    Scheme, place,
+    Amount, AtWalls, ContactLaw, Coupling, Direction, Form, Freedom, Inclusions, Kind, Method, Order,
+    Periods, Region, Scheme, place,
 };
 
 use crate::case::{Case, Side};
@@ -208,7 +208,7 @@ pub(crate) const FOLLOWING: Section<Following> = {
                 return Err(value.fault("must not be above 1", "write 0 for bodies that do not bounce"));
             }
             Ok(Following {
-                method: Method { coupling, scheme, held: false },
+                method: Method { coupling, scheme, freedom: Freedom::default() },
                 contact: ContactLaw { restitution, friction: t.or(&FRICTION)? },
             })
         },

@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 use tremie_numerics::DVec3;
-use tremie_suspension::{Carrier, Seen, Wall, Walls};
+use tremie_suspension::{Carrier, Periods, Seen, Wall, Walls};
 
 use crate::delta::{Around, mirrored};
 use crate::grid::Grid;
@@ -40,10 +40,14 @@ pub(crate) struct Lattice<'a, T: Real> {
 }
 
 impl<T: Real> Lattice<'_, T> {
-    /// Points in cells from the domain's lower corner.
+    /// Points in cells from the domain's lower corner; those of a body that lies across a periodic side are within the domain, too.
     fn on_lattice(&self, points: &[DVec3]) -> Vec<DVec3> {
-        let (corner, scale) = (self.corner, 1.0 / self.scaling.cell_size);
-        points.par_iter().map(|at| (*at - corner) * scale).collect()
+        let (corner, scale, topology) = (self.corner, 1.0 / self.scaling.cell_size, &self.grid.topology);
+        let periods = [0, 1, 2].map(|axis| {
+            let periodic = topology.sides[axis][0] == Boundary::Periodic;
+            periodic.then_some(topology.cells[axis] as f64)
+        });
+        points.par_iter().map(|at| Periods(periods).inside(DVec3::ZERO, (*at - corner) * scale)).collect()
     }
 }
 

@@ -30,5 +30,5 @@ pub use inclusions::{Inclusions, Kind};
 pub use motion::Scheme;
 pub use placement::{Amount, AtWalls, Direction, Order, PlacementError, Region, place};
 pub use response::Response;
-pub use suspension::{Method, Suspension};
+pub use suspension::{Freedom, Method, Suspension};
 pub use walls::{Periods, Wall, Walls};

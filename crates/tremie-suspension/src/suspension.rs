@@ -25,8 +25,20 @@ pub struct Method {
     pub coupling: Coupling,
     /// How bodies move.
     pub scheme: Scheme,
-    /// Whether they keep the velocity they have, whatever the fluid does.
-    pub held: bool,
+    /// What they are free to do.
+    pub freedom: Freedom,
+}
+
+/// What bodies are free to do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Freedom {
+    /// To move and to turn, out of each other's way.
+    #[default]
+    Free,
+    /// To move, but not to turn: they pass through each other and through walls, and stay as they lay at first (Svec 2013, section 3.3.3).
+    Unturned,
+    /// To do nothing: they keep the velocity they have, whatever the fluid does.
+    Held,
 }
 
 /// How a body moves in a step: in the mean, and what its velocity and angular velocity have more than that at the end.
@@ -46,6 +58,8 @@ pub struct Suspension {
     periods: Periods,
     /// Lower corner of space in m, where it repeats itself.
     origin: DVec3,
+    /// Gravity in m/s2 that bodies feel, if it is not the fluid's.
+    gravity: Option<DVec3>,
     /// The points of each kind, and what they were worked out for.
     grips: Vec<Vec<Grip>>,
     medium: Option<Medium>,
@@ -73,6 +87,7 @@ impl Suspension {
             contacts: Contacts::new(contact),
             periods,
             origin,
+            gravity: None,
             grips: Vec::new(),
             medium: None,
             firsts: Vec::new(),
@@ -82,6 +97,14 @@ impl Suspension {
             moved: Vec::new(),
             responses: Vec::new(),
         }
+    }
+
+    /// Lets the bodies feel this gravity in m/s2, whatever the fluid's is.
+    ///
+    /// Fluid that fills a closed box bears its own weight by its pressure, and moves as one without weight; but a compressible method would press it
+    /// together. Bodies still weigh as much less as the fluid in their place would.
+    pub fn under(self, gravity: DVec3) -> Self {
+        Self { gravity: Some(gravity), ..self }
     }
 
     /// Goes on for the step of the fluid that follows.
@@ -94,7 +117,8 @@ impl Suspension {
         }
         self.place_points();
         carrier.see(&self.points, &mut self.seen);
-        let (step, density, gravity) = (carrier.time_step(), carrier.density(), carrier.gravity());
+        let (step, density) = (carrier.time_step(), carrier.density());
+        let gravity = self.gravity.unwrap_or_else(|| carrier.gravity());
         // What comes out of the surface is drawn back, no faster than a grain of fluid falls back by itself.
         let back = (gravity.length() * carrier.grain()).sqrt();
         self.seen.par_iter_mut().with_min_len(CHUNK).for_each(|seen| seen.velocity += back * seen.inward);
@@ -123,7 +147,8 @@ impl Suspension {
             .for_each(|(velocity, angular, moved)| [*velocity, *angular] = moved.mean);
         let film = Film::of(carrier);
         let (periods, origin) = (self.periods, self.origin);
-        if !self.method.held {
+        let touches = self.method.freedom == Freedom::Free;
+        if touches {
             self.contacts.resolve(&mut self.inclusions, &responses, walls, &periods, film, step);
         }
         self.react();
@@ -151,7 +176,7 @@ impl Suspension {
                 *angular_velocity += moved.more[1];
             },
         );
-        if !self.method.held {
+        if touches {
             self.contacts.separate(&mut self.inclusions, &responses, walls, &periods, film, step);
         }
         (self.moved, self.responses) = (moved, responses);
@@ -161,10 +186,16 @@ impl Suspension {
     fn moved(&self, n: usize, dragged: &Dragged<'_>, step: f64) -> (Moved, Response) {
         let from = self.motion(n);
         let steady = |mean: [DVec3; 2]| Moved { mean, more: [DVec3::ZERO; 2] };
-        if self.method.held {
-            return (steady([from.velocity, from.angular_velocity]), Response::FIXED);
+        let fixed = |mean: [DVec3; 2]| (steady(mean), Response::FIXED);
+        if self.method.freedom == Freedom::Held {
+            return fixed([from.velocity, from.angular_velocity]);
         }
         let (to, response) = dragged.implicit(&from, step);
+        if self.method.freedom == Freedom::Unturned {
+            // The moment that takes the turning away moves the centre, too.
+            let moment = response.angular.inverse() * to.angular_velocity;
+            return fixed([to.velocity - response.cross * moment, DVec3::ZERO]);
+        }
         match self.method.scheme {
             Scheme::Implicit => (steady([to.velocity, to.angular_velocity]), response),
             Scheme::Fehlberg => {

@@ -47,7 +47,10 @@ impl Periods {
     /// The point between 0 and the period that means the same as `at`, where space began at `origin`.
     pub fn inside(&self, origin: DVec3, mut at: DVec3) -> DVec3 {
         for axis in 0..3 {
-            if let Some(period) = self.0[axis] {
+            // Most are within already.
+            if let Some(period) = self.0[axis]
+                && !(origin[axis]..origin[axis] + period).contains(&at[axis])
+            {
                 at[axis] -= period * ((at[axis] - origin[axis]) / period).floor();
             }
         }

@@ -4,7 +4,9 @@ use std::f64::consts::PI;
 
 use tremie_numerics::{DQuat, DVec3};
 use tremie_simulation::{Fluid, Simulation};
-use tremie_suspension::{ContactLaw, Coupling, Form, Inclusions, Kind, Method, Periods, Scheme, Suspension};
+use tremie_suspension::{
+    ContactLaw, Coupling, Form, Freedom, Inclusions, Kind, Method, Periods, Scheme, Suspension,
+};
 
 use crate::{advance, case};
 
@@ -39,7 +41,7 @@ fn of_kind(form: Form, density: f64) -> Inclusions {
     Inclusions { kinds: vec![Kind { name: "body".into(), form, density }], ..Inclusions::default() }
 }
 
-const HELD: Method = Method { coupling: Coupling::Slender, scheme: Scheme::Implicit, held: true };
+const HELD: Method = Method { coupling: Coupling::Slender, scheme: Scheme::Implicit, freedom: Freedom::Held };
 
 /// The drag over that of Faxen (1946; Svec 2013, Eq. 3.12) on a cylinder that is held in the middle of a channel, in units of cells.
 fn drag_between_plates(diameter: f64, viscosity: f64) -> f64 {
@@ -263,4 +265,22 @@ fn bodies_stay_in_the_fluid_and_out_of_the_floor() {
             }
         }
     }
+}
+
+#[test]
+fn a_fibre_across_a_periodic_side_feels_what_it_would_in_the_middle() {
+    let cells = [24, 8, 8];
+    let case = full(cells, 0.1, DVec3::new(1e-3, 0.0, 0.0), PERIODIC, "f64");
+    let drag = |x: f64| {
+        // Its ends are six cells from its centre.
+        let mut inclusions = of_kind(Form::Fibre { length: 12e-3, diameter: 0.1e-3 }, 1000.0);
+        inclusions.add(0, 0, 1e-3 * DVec3::new(x, 4.2, 3.7), DQuat::from_rotation_arc(DVec3::Z, DVec3::X));
+        let contact = ContactLaw::default();
+        let suspension = Suspension::new(inclusions, HELD, contact, DVec3::ZERO, periods(cells, [true; 3]));
+        let mut simulation = tremie_lbm::simulation_with(&case, Some(suspension));
+        advance(&mut *simulation, 200);
+        simulation.snapshot().inclusions.drag[0].x
+    };
+    let (middle, across) = (drag(12.3), drag(0.3));
+    assert!((across / middle - 1.0).abs() < 1e-9, "{across} {middle}");
 }

@@ -1,12 +1,11 @@
-//! Bodies held in flow, against closed forms of the drag; and the momentum that they and the fluid hand each other.
+//! Bodies held in flow, against closed forms of the drag.
 
 use std::f64::consts::PI;
 
 use rayon::prelude::*;
 use tremie_case::Case;
 use tremie_numerics::{DQuat, DVec3};
-use tremie_simulation::Simulation;
-use tremie_suspension::{ContactLaw, Coupling, Form, Inclusions, Kind, Method, Scheme, Suspension};
+use tremie_suspension::{ContactLaw, Coupling, Form, Freedom, Inclusions, Kind, Method, Scheme, Suspension};
 
 use super::benchmark::{Check, Context, shown};
 use super::flow::{Flow, lattice};
@@ -43,7 +42,7 @@ fn mean(flow: &Flow) -> DVec3 {
 }
 
 fn held(coupling: Coupling) -> Method {
-    Method { coupling, scheme: Scheme::Implicit, held: true }
+    Method { coupling, scheme: Scheme::Implicit, freedom: Freedom::Held }
 }
 
 /// Drag per length on a cylinder midway between plates over `mu u_max` (Faxen 1946; Svec 2013, Eq. 3.12), k being its diameter over their distance.
@@ -193,51 +192,4 @@ pub(super) fn fibre_drag(context: &Context) -> anyhow::Result<Vec<Check>> {
         context.relative("across", "friction across", "", 1.0, across? / exact[1])?,
         context.relative("turning", "friction of turning", "", 1.0, turning? / exact[2])?,
     ])
-}
-
-/// Bodies thrown into a fluid at rest.
-pub(super) fn momentum(context: &Context) -> anyhow::Result<Vec<Check>> {
-    let mut case = context.case("case.toml")?;
-    let cell = lattice(&mut case).cell_size;
-    let density = case.material.density;
-    let step = 0.05 * cell * cell * density / case.material.curve.plastic_viscosity();
-    lattice(&mut case).time_step = Some(step);
-    let kind = |name: &str, form: Form, density: f64| Kind { name: name.into(), form, density };
-    let kinds = vec![
-        kind("fibre", Form::Fibre { length: 6.0 * cell, diameter: 0.1 * cell }, 7850.0),
-        kind("ball", Form::Sphere { diameter: 4.0 * cell }, 2600.0),
-    ];
-    let mut inclusions = Inclusions { kinds, ..Inclusions::default() };
-    let periods = case.periods();
-    for n in 0..30 {
-        let place = cell * (f64::from(n) * DVec3::new(7.1, 3.3, 5.7) + 0.5);
-        let turn = DQuat::from_scaled_axis(DVec3::new(0.3, 0.7, -0.4) * f64::from(n));
-        inclusions.add(u16::from(n % 10 == 0), 0, periods.inside(case.domain.min, place), turn);
-        inclusions.velocity[n as usize] = DVec3::new(0.05, -0.02, 0.03 * f64::from(n).sin());
-    }
-    let suspension =
-        Suspension::new(inclusions, Method::default(), ContactLaw::default(), case.domain.min, periods);
-    let mut flow = Flow::with(case, suspension);
-    let all = |simulation: &dyn Simulation| {
-        let snapshot = simulation.snapshot();
-        let tremie_simulation::Fluid::Cells(cells) = &snapshot.fluid;
-        // Pressure is a third of the excess density in units of the lattice.
-        let unit = density * (cell / step).powi(2);
-        let mass = |pressure: f64| density * (1.0 + 3.0 * pressure / unit) * cell.powi(3);
-        let fluid: DVec3 = cells.velocity.iter().zip(&cells.pressure).map(|(u, p)| mass(*p) * *u).sum();
-        let bodies = &snapshot.inclusions;
-        let mass = |n: usize| bodies.kinds[usize::from(bodies.kind[n])].density * bodies.form(n).volume();
-        let own: DVec3 = (0..bodies.len()).map(|n| mass(n) * bodies.velocity[n]).sum();
-        // A snapshot shows the fluid with half of the forces that it got last once more.
-        [fluid + 0.5 * step * bodies.drag.iter().sum::<DVec3>(), own]
-    };
-    let before = all(&*flow.simulation);
-    let mut furthest = 0.0f64;
-    for _ in 0..100 {
-        flow.steps(100)?;
-        let now = all(&*flow.simulation);
-        let lost = now[0] + now[1] - before[0] - before[1];
-        furthest = furthest.max(lost.length() / before[1].length());
-    }
-    Ok(vec![context.zero("momentum", "momentum gained or lost, over that of the bodies", "", furthest)?])
 }

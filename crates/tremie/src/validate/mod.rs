@@ -1,8 +1,8 @@
 //! `tremie validate`: benchmarks against closed forms, published numbers and invariances.
 //!
 //! Each benchmark is a folder of `validation/`, built into the program, and a function in `scales`, `channel`, `pipe`, `thixotropy`, `slip`, `cavity`,
-//! `surface`, `collapse`, `l_box`, `lcpc_box`, `control_volume`, `drag`, `slump`, `stl` or `invariance`; `benchmark` is what they share, `flow` how they drive a
-//! simulation, `report` what is shown.
+//! `surface`, `collapse`, `l_box`, `lcpc_box`, `control_volume`, `drag`, `momentum`, `orbit`, `settling`, `mixture`, `slump`, `stl` or `invariance`; `benchmark` is
+//! what they share, `flow` how they drive a simulation, `shear` how they shear bodies, `report` what is shown.
 //! A new one is a folder, a function, and a line in `BENCHMARKS`.
 //!
 //! The references know nothing of the solver, and tolerances are fixed in the folders before the run.
@@ -18,10 +18,15 @@ mod flow;
 mod invariance;
 mod l_box;
 mod lcpc_box;
+mod mixture;
+mod momentum;
+mod orbit;
 mod pipe;
 mod profile;
 mod report;
 mod scales;
+mod settling;
+mod shear;
 mod slip;
 mod slump;
 mod stl;
@@ -129,7 +134,15 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(drag::cylinder_drag, "cylinder-drag", "case.toml"),
     benchmark!(drag::sphere_drag, "sphere-drag", "case.toml"),
     benchmark!(drag::fibre_drag, "fibre-drag", "case.toml"),
-    benchmark!(drag::momentum, "momentum", "case.toml"),
+    benchmark!(momentum::momentum, "momentum", "case.toml"),
+    benchmark!(momentum::spread, "moment-spread", "case.toml"),
+    benchmark!(orbit::fibre_shear, "fibre-shear", "case.toml"),
+    benchmark!(orbit::jeffery_spheroid, "jeffery-spheroid", "case.toml", "reference.csv"),
+    benchmark!(settling::settling_sphere, "settling-sphere", "case.toml", "reference.csv", "velocity.csv"),
+    benchmark!(settling::yield_stress_sphere, "yield-stress-sphere", "case.toml", "reference.csv"),
+    benchmark!(mixture::dense_contacts, "dense-contacts", "case.toml"),
+    benchmark!(mixture::suspension_viscosity, "suspension-viscosity", "case.toml", "reference.csv"),
+    benchmark!(mixture::fibre_viscosity, "fibre-viscosity", "case.toml", "reference.csv"),
     benchmark!(slump::slump_spread, "slump-spread", "case.toml", "reference.csv"),
 ];
 
