@@ -185,6 +185,9 @@ fn outline(cells: &Cells) -> (Grid, Vec<f32>) {
     (Grid { origin, spacing: [plan.size(); 2], cells: count, mirror: [false; 2] }, height)
 }
 
+/// Share of the fluid of the fullest square that a square must have to be shown.
+const LEAST_FLUID: f64 = 0.05;
+
 /// How fibres lie in a half of the fluid, seen from above, as ellipses; none where the case has no fibres.
 ///
 /// The half-axes of each ellipsoid are the principal values of the orientation tensor along its principal axes, 1 being half the edge of its
@@ -207,8 +210,10 @@ pub fn lying(
         Some(Ellipse { centre, half_axes, value: 100.0 * region.share() })
     };
     let regions = regions(cells, bodies, size);
-    let ellipses: Vec<Ellipse> =
-        regions.iter().filter(|region| region.half == half).filter_map(ellipse).collect();
+    // Squares that the fluid has hardly reached hold ends of fibres, whose shares would outshine all others.
+    let most = regions.iter().map(|region| region.fluid).fold(0.0, f64::max);
+    let shown = regions.iter().filter(|region| region.half == half && region.fluid >= LEAST_FLUID * most);
+    let ellipses: Vec<Ellipse> = shown.filter_map(ellipse).collect();
     let which = if half == Half::Lower { "lower half" } else { "upper half" };
     EllipseMap {
         title: &format!("{title}, {which}"),
