@@ -70,6 +70,7 @@ pub(crate) fn check(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
     }
     structure(case, document)?;
     names(case, document)?;
+    crate::inclusions::sections(case, document)?;
     gauges(case, document)?;
     stop(case, document)?;
     output(case, document)

@@ -372,7 +372,7 @@ impl<T> Keys for Variants<T> {
 }
 
 /// Keys of which the first word says how many must be there: `oneOf` or `anyOf`. The reader sees to it itself.
-pub(crate) struct Rule(pub(crate) &'static str, pub(crate) [&'static str; 2]);
+pub(crate) struct Rule(pub(crate) &'static str, pub(crate) &'static [&'static str]);
 
 impl Keys for Rule {
     fn names(&self) -> Vec<&'static str> {
@@ -380,7 +380,8 @@ impl Keys for Rule {
     }
 
     fn describe(&self, section: &mut Description) {
-        section.rule(json!({ (self.0): self.1.map(|key| json!({ "required": [key] })) }));
+        let one = self.1.iter().map(|key| json!({ "required": [key] }));
+        section.rule(json!({ (self.0): one.collect::<Vec<_>>() }));
     }
 }
 

@@ -17,6 +17,7 @@ mod document;
 mod fault;
 mod files;
 mod inclusions;
+mod listed;
 mod schema;
 mod stl;
 mod suggestion;
@@ -29,7 +30,8 @@ pub use case::{
     Textbook,
 };
 pub use fault::{CaseError, InvalidCase};
-pub use inclusions::{Following, InclusionGroup};
+pub use inclusions::{Bodies, FibreSection, Following, InclusionGroup, Random};
+pub use listed::{Listed, ListedBody};
 
 /// The JSON Schema (draft 2020-12) of the case file: its keys, what they mean, and what may stand there.
 pub fn json_schema() -> serde_json::Value {

@@ -70,7 +70,7 @@ const CASE: Section<Case> = {
         maybe("fluid", "where fluid is at the start: regions, which may overlap", List(FLUID));
     const INLET_KEY: Maybe<List<Section<Inlet>>> =
         maybe("inlet", "where fluid comes in during the run", List(INLET));
-    const SOURCES: Rule = Rule("anyOf", ["fluid", "inlet"]);
+    const SOURCES: Rule = Rule("anyOf", &["fluid", "inlet"]);
     const OUTLET_KEY: Maybe<List<Section<Outlet>>> =
         maybe("outlet", "where fluid leaves, besides sides that are open", List(OUTLET));
     const SOLID_KEY: Maybe<List<Section<Solid>>> =
@@ -609,7 +609,7 @@ const INLET: Section<Inlet> = {
         quantity(Dimension::FLOW_RATE, Bound::Positive, "1 l/s"),
     );
     const INFLOW_SPEED: Maybe<Quantity> = maybe("speed", "speed of the fluid, across the face", SPEED);
-    const RATE: Rule = Rule("oneOf", ["flow_rate", "speed"]);
+    const RATE: Rule = Rule("oneOf", &["flow_rate", "speed"]);
     const START: Or<Quantity> =
         or("start", "\"0 s\"", "when it begins", quantity(Dimension::TIME, Bound::NotNegative, "1 s"));
     const END: Maybe<Quantity> = maybe("stop", "when it ends, if not before", TIME);
@@ -1194,7 +1194,7 @@ const LAYER: Section<Layer> = {
     const STRAIGHT: Maybe<Vector<3>> = maybe("direction", "direction of straight bars", ANY_DIRECTION);
     const HOOPS: Maybe<Section<Course>> =
         maybe("around", "of hoops or a spiral instead: the axis that they go round", AXIS_OF_HOOPS);
-    const COURSE: Rule = Rule("oneOf", ["direction", "around"]);
+    const COURSE: Rule = Rule("oneOf", &["direction", "around"]);
     const SPACING: Need<Quantity> = need(
         "spacing",
         "distance between axes of bars that stand on a square grid, at least twice the diameter; for others, the root of \

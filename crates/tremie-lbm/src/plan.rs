@@ -3,6 +3,7 @@
 use tremie_case::{Case, Inlet, Lbm, Method, Precision, Side};
 use tremie_geometry::{Face, Motion};
 use tremie_numerics::DVec3;
+use tremie_suspension::Form;
 
 use crate::scaling::{Flow, Limits, Scaling, time_step};
 use crate::textbook;
@@ -14,6 +15,27 @@ fn bytes_per_cell(precision: Precision) -> f64 {
         Precision::F64 => 8.0,
     };
     (2.0 * 19.0 + 10.0) * real + 8.0 + 3.0 / 8.0
+}
+
+/// Bytes that bodies take: velocities and forces in each allocated cell, and each body and its points.
+fn bytes_of_bodies(case: &Case, lbm: &Lbm, allocated: f64) -> f64 {
+    // What a body and a point keep, and what a step works out for them.
+    const BODY: f64 = 400.0;
+    const POINT: f64 = 110.0;
+    if case.groups.is_empty() {
+        return 0.0;
+    }
+    let real = match lbm.precision {
+        Precision::F32 => 4.0,
+        Precision::F64 => 8.0,
+    };
+    let points = |form: &Form| match *form {
+        Form::Fibre { length, .. } => length / lbm.cell_size + 1.0,
+        Form::Sphere { .. } | Form::Ellipsoid { .. } => form.volume() / lbm.cell_size.powi(3),
+    };
+    let bodies = &case.inclusions;
+    let all: f64 = (0..bodies.len()).map(|n| BODY + POINT * points(bodies.form(n))).sum();
+    all + 2.0 * 4.0 * real * allocated
 }
 
 /// The numbers of a run.
@@ -43,8 +65,10 @@ pub struct Plan {
     pub bingham: f64,
     /// Reynolds number rho U H / mu.
     pub reynolds: f64,
-    /// Expected memory for fields in bytes.
+    /// Expected memory for fields and bodies in bytes.
     pub memory: f64,
+    /// How much of that is there for bodies.
+    pub memory_of_bodies: f64,
 }
 
 /// The lattice settings of a case.
@@ -108,6 +132,7 @@ impl Plan {
             // Blocks of 8 x 8 x 8 cells around a body of that volume are filled to about a third.
             None => 3.0 * most_cells * bytes_per_cell(lbm.precision),
         };
+        let memory_of_bodies = bytes_of_bodies(case, lbm, 3.0 * most_cells);
         Self {
             scaling,
             cells,
@@ -121,7 +146,8 @@ impl Plan {
             hydrostatic_error: scaling.hydrostatic_error(gravity, height),
             bingham: yield_stress * height / (viscosity * speed),
             reynolds: density * speed * height / viscosity,
-            memory,
+            memory: memory + memory_of_bodies,
+            memory_of_bodies,
         }
     }
 }

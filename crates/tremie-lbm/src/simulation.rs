@@ -47,7 +47,7 @@ pub fn simulation(case: &Case) -> Box<dyn Simulation> {
         Some(textbook) => textbook::simulation(case, textbook),
         None => {
             let bodies = !case.groups.is_empty();
-            let following = case.following;
+            let following = &case.following;
             simulation_with(
                 case,
                 bodies.then(|| {

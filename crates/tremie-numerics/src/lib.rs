@@ -2,7 +2,7 @@
 //!
 //! Vectors are those of `glam`, re-exported here once so that the whole workspace agrees on one version.
 
-pub use glam::{DMat3, DQuat, DVec2, DVec3, DVec4, Vec4};
+pub use glam::{DMat3, DQuat, DVec2, DVec3, DVec4, EulerRot, Vec4};
 
 pub mod root;
 pub mod sum;

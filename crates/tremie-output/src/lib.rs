@@ -10,6 +10,7 @@ compile_error!("arrays are copied to little-endian files as they lie in memory")
 
 pub mod atomic;
 mod error;
+pub mod packing;
 pub mod picture;
 pub mod pvd;
 pub mod series;

@@ -62,7 +62,7 @@ impl<'a> Values<'a> {
 pub struct Field<'a> {
     /// Name with its unit, for instance "pressure \[Pa\]".
     pub name: &'a str,
-    /// 1 for a scalar, 3 for a vector.
+    /// 1 for a scalar, 3 for a vector, 6 for a symmetric tensor: XX, YY, ZZ, XY, YZ, XZ.
     pub components: usize,
     /// The values, `components` for each cell or point.
     pub values: Values<'a>,
@@ -113,10 +113,15 @@ impl Document {
     /// Adds one array.
     pub(crate) fn array(&mut self, name: &str, components: usize, vtk_type: &str, bytes: &[u8]) {
         let (name, offset) = (escape(name), self.appended.len());
+        // The order is VTK's own; files of others often have YZ last but two or XZ before it, so that it is said.
+        let tensor = ["XX", "YY", "ZZ", "XY", "YZ", "XZ"];
+        let named = if components == tensor.len() { &tensor[..] } else { &[] };
+        let named: String =
+            named.iter().enumerate().map(|(n, name)| format!(" ComponentName{n}=\"{name}\"")).collect();
         // Writing to a string cannot fail.
         let _ = writeln!(
             self.xml,
-            "<DataArray type=\"{vtk_type}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"appended\" \
+            "<DataArray type=\"{vtk_type}\" Name=\"{name}\" NumberOfComponents=\"{components}\"{named} format=\"appended\" \
              offset=\"{offset}\"/>"
         );
         append_compressed(&mut self.appended, bytes);

@@ -1,8 +1,10 @@
-//! Bodies in the fluid as files: fibres as lines and others as points for ParaView, and a table at the end of a run.
+//! Bodies in the fluid as files: fibres as lines and others as points for ParaView, a table at the end of a run, and the formats of other
+//! programs.
 
 use std::path::Path;
 
-use tremie_numerics::DVec3;
+use tremie_numerics::{DVec3, EulerRot};
+use tremie_output::packing::{self, Frame};
 use tremie_output::vtp::Marks;
 use tremie_output::{Error, Field, Values, atomic};
 use tremie_suspension::{Form, Inclusions};
@@ -79,11 +81,81 @@ pub(crate) fn write_table(bodies: &Inclusions, path: &Path) -> Result<(), Error>
     atomic::write(path, text.as_bytes())
 }
 
+/// A format that other programs read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Format {
+    /// A table of all bodies.
+    Csv,
+    /// The packing file of OOFEM, in the box of the domain.
+    Oofem(Frame),
+    /// Fibres for the LDPM workbench of Chrono.
+    Ldpm,
+    /// Lines and points for ParaView.
+    Vtp {
+        /// Simulated time in s.
+        time: f64,
+    },
+}
+
+/// Writes bodies in the format of another program, in the order of their numbers.
+///
+/// # Errors
+/// If the file system refuses.
+pub fn export(bodies: &Inclusions, format: Format, path: &Path) -> Result<(), Error> {
+    let text = match format {
+        Format::Csv => packing::csv(&listed(bodies)),
+        Format::Oofem(frame) => packing::oofem(&listed(bodies), &frame),
+        Format::Ldpm => packing::ldpm(&listed(bodies)),
+        Format::Vtp { time } => return write(bodies, time, path),
+    };
+    atomic::write(path, text.as_bytes())
+}
+
+/// All bodies as other programs know them.
+fn listed(bodies: &Inclusions) -> Vec<packing::Body> {
+    let mut all: Vec<usize> = (0..bodies.len()).collect();
+    all.sort_unstable_by_key(|n| bodies.id[*n]);
+    let form = |n: usize| {
+        let centre = bodies.position[n].to_array();
+        match *bodies.form(n) {
+            Form::Sphere { diameter } => packing::Form::Sphere { centre, diameter },
+            Form::Ellipsoid { half_axes } => {
+                let (z, y, x) = bodies.orientation[n].to_euler(EulerRot::ZYX);
+                packing::Form::Ellipsoid { centre, half_axes: half_axes.to_array(), turn: [x, y, z] }
+            }
+            Form::Fibre { diameter, .. } => {
+                let ends = bodies.ends(n).unwrap_or([bodies.position[n]; 2]);
+                packing::Form::Fibre { ends: ends.map(|end| end.to_array()), diameter }
+            }
+        }
+    };
+    let kind = |n: usize| bodies.kinds[usize::from(bodies.kind[n])].name.clone();
+    all.into_iter().map(|n| packing::Body { id: bodies.id[n], kind: kind(n), form: form(n) }).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use tremie_numerics::DQuat;
     use tremie_suspension::Kind;
+
+    /// Turning about x, then y, then z gives back the body, as a matrix made of its own.
+    #[test]
+    fn ellipsoids_are_turned_about_fixed_axes() {
+        use tremie_numerics::DMat3;
+        let form = Form::Ellipsoid { half_axes: DVec3::new(0.01, 0.02, 0.03) };
+        let kinds = vec![Kind { name: "gravel".into(), form, density: 2600.0 }];
+        let mut bodies = Inclusions { kinds, ..Inclusions::default() };
+        let orientation = DQuat::from_scaled_axis(DVec3::new(0.4, -2.0, 0.9));
+        bodies.add(0, 0, DVec3::new(0.1, 0.2, 0.3), orientation);
+        let packing::Form::Ellipsoid { turn: [x, y, z], .. } = listed(&bodies)[0].form else { panic!() };
+        let (c, s) = ([x, y, z].map(f64::cos), [x, y, z].map(f64::sin));
+        let about_x = DMat3::from_cols_array(&[1.0, 0.0, 0.0, 0.0, c[0], s[0], 0.0, -s[0], c[0]]);
+        let about_y = DMat3::from_cols_array(&[c[1], 0.0, -s[1], 0.0, 1.0, 0.0, s[1], 0.0, c[1]]);
+        let about_z = DMat3::from_cols_array(&[c[2], s[2], 0.0, -s[2], c[2], 0.0, 0.0, 0.0, 1.0]);
+        let found = about_z * about_y * about_x;
+        assert!((found - DMat3::from_quat(orientation)).to_cols_array().iter().all(|x| x.abs() < 1e-12));
+    }
 
     #[test]
     fn the_table_has_the_ends_of_fibres_in_the_order_of_their_numbers() {

@@ -10,8 +10,11 @@
 //! | `fluid.pvd`, `fluid_000000.vti` ... | the fields |
 //! | `surface.pvd`, `surface_000000.vtp` ... | the free surface |
 //! | `bodies.pvd`, `bodies_000000.vtp` ..., `bodies.csv` | aggregates and fibres, if there are any; the table as of the end |
+//! | `segregation.csv` | share of the volume that bodies take by height, if there are any |
+//! | `orientation.csv`, `orientation.pvd`, `orientation_000000.vtp` ... | how fibres lie, region by region |
+//! | `sections.csv` | fibres through the sections of the case over time |
 //! | `filling.vti`, `filling_time_cut.png`, `filling_time_level.png` ... | how the form filled, if the case asks for it |
-//! | `above_000000.png`, `cut_000000.png`, `batches_000000.png` ... | pictures |
+//! | `above_000000.png`, `cut_000000.png`, `batches_000000.png`, `orientation_lower_000000.png`, `orientation_upper_000000.png` ... | pictures |
 //! | `report.html` | all of it as a page, if one was asked for |
 //! | `checkpoint.tremie` | the state to go on from |
 
@@ -49,6 +52,12 @@ pub enum FolderError {
         path: PathBuf,
         /// The file that is missing.
         missing: &'static str,
+    },
+    /// The case names a file as the run names one of its own.
+    #[error("the case names {name}, which the run writes itself: give the file another name")]
+    Taken {
+        /// The name.
+        name: String,
     },
     /// The file system refuses.
     #[error("cannot read or write {}", path.display())]
@@ -93,12 +102,37 @@ const FLUID: &str = "fluid.pvd";
 const SURFACE: &str = "surface.pvd";
 const BODIES: &str = "bodies.pvd";
 const BODY_TABLE: &str = "bodies.csv";
+const SEGREGATION: &str = "segregation.csv";
+const ORIENTATION: &str = "orientation.csv";
+const ORIENTATIONS: &str = "orientation.pvd";
+const SECTIONS: &str = "sections.csv";
 const FILLING: &str = "filling.vti";
+/// The files that are not numbered, but for the pictures of how the form filled.
+const FILES: [&str; 15] = [
+    CASE,
+    RECORD,
+    SUMMARY,
+    SERIES,
+    FLUID,
+    SURFACE,
+    BODIES,
+    BODY_TABLE,
+    SEGREGATION,
+    ORIENTATION,
+    ORIENTATIONS,
+    SECTIONS,
+    FILLING,
+    REPORT,
+    CHECKPOINT,
+];
 /// Prefixes and endings of the files that are numbered.
-const NUMBERED: [(&str, &str); 6] = [
+const NUMBERED: [(&str, &str); 9] = [
     ("fluid_", ".vti"),
     ("surface_", ".vtp"),
     ("bodies_", ".vtp"),
+    ("orientation_", ".vtp"),
+    ("orientation_lower_", ".png"),
+    ("orientation_upper_", ".png"),
     ("above_", ".png"),
     ("cut_", ".png"),
     ("batches_", ".png"),
@@ -156,8 +190,11 @@ impl RunFolder {
     /// Writes what describes a new run: the case as read, the files that it names, and the record.
     ///
     /// # Errors
-    /// If the file system refuses.
+    /// If a file has the name of one that the run writes, or the file system refuses.
     pub fn begin(&self, case: &str, files: &[NamedFile], record: &RunRecord) -> Result<(), FolderError> {
+        if let Some(file) = files.iter().find(|file| belongs_to_run(file.path.trim_start_matches("./"))) {
+            return Err(FolderError::Taken { name: file.path.clone() });
+        }
         for file in files {
             let path = self.path.join(&file.path);
             let folder = path.parent().unwrap_or(&self.path);
@@ -260,6 +297,21 @@ impl RunFolder {
         self.path.join(BODY_TABLE)
     }
 
+    /// The share of the volume that bodies take, by height.
+    pub(crate) fn segregation(&self) -> PathBuf {
+        self.path.join(SEGREGATION)
+    }
+
+    /// How fibres lie, region by region: as a table, and the collection for ParaView.
+    pub(crate) fn orientation(&self) -> [PathBuf; 2] {
+        [ORIENTATION, ORIENTATIONS].map(|name| self.path.join(name))
+    }
+
+    /// Fibres through sections over time.
+    pub(crate) fn sections(&self) -> PathBuf {
+        self.path.join(SECTIONS)
+    }
+
     /// The state to go on from.
     pub fn checkpoint(&self) -> PathBuf {
         self.path.join(CHECKPOINT)
@@ -302,8 +354,7 @@ fn belongs_to_run(name: &str) -> bool {
             .and_then(|rest| rest.strip_suffix(ending))
             .is_some_and(|number| !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit()))
     };
-    [CASE, RECORD, SUMMARY, SERIES, FLUID, SURFACE, BODIES, BODY_TABLE, FILLING, REPORT, CHECKPOINT]
-        .contains(&name)
+    FILES.contains(&name)
         || FILLING_PICTURES.contains(&name)
         || NUMBERED.iter().any(numbered)
         || atomic::is_unfinished(name)
@@ -434,6 +485,11 @@ mod tests {
             "cut_000000.png",
             "filling.vti",
             "filling_time_cut.png",
+            "orientation.csv",
+            "orientation_000003.vtp",
+            "orientation_upper_000003.png",
+            "segregation.csv",
+            "sections.csv",
             ".a1b2c3.part",
         ];
         let others = ["notes.txt", "fluid_.vti", "fluid_mine.vti", "above.png"];

@@ -8,9 +8,10 @@
 //!
 //! Units are SI everywhere.
 
-mod bodies;
+pub mod bodies;
 mod checkpoint;
 mod contract;
+mod fibres;
 mod fields;
 mod filling;
 mod folder;

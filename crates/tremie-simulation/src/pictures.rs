@@ -5,12 +5,15 @@
 use std::ops::Range;
 
 use tremie_case::Case;
+use tremie_numerics::DMat3;
 use tremie_output::Error;
-use tremie_output::picture::{Circle, Cut, Grid, HeightMap, Palette, Picture};
+use tremie_output::picture::{Circle, Cut, Ellipse, EllipseMap, Grid, HeightMap, Palette, Picture};
 use tremie_suspension::Inclusions;
+use tremie_suspension::orientation::principal;
 
 use crate::filling::Maps;
 use crate::folder::RunFolder;
+use crate::gauges::{Half, Region, regions};
 use crate::plan::{Axis, Plan};
 use crate::{Cells, Fluid, Snapshot};
 
@@ -26,6 +29,11 @@ pub(crate) fn draw(
     let title = format!("{}, t = {time:.2} s", case.title);
     above(cells, &view.inclusions, case, &title)?
         .write(&folder.path().join(format!("above_{number:06}.png")))?;
+    for (half, name) in [(Half::Lower, "lower"), (Half::Upper, "upper")] {
+        if let Some(picture) = lying(cells, &view.inclusions, case, half, &title)? {
+            picture.write(&folder.path().join(format!("orientation_{name}_{number:06}.png")))?;
+        }
+    }
     if !cells.batches.is_empty() {
         cut(cells, case, Quantity::Batch, Frame::Domain, &title)?
             .write(&folder.path().join(format!("batches_{number:06}.png")))?;
@@ -146,12 +154,7 @@ pub enum Frame {
 pub fn above(cells: &Cells, bodies: &Inclusions, case: &Case, title: &str) -> Result<Picture, Error> {
     let lines: Vec<[[f64; 2]; 2]> =
         (0..bodies.len()).filter_map(|n| bodies.ends(n)).map(|ends| ends.map(|end| [end.x, end.y])).collect();
-    let plan = Plan::height(cells);
-    let (count, height) = plan.whole();
-    let (_, cover) = Plan::cover(cells).whole();
-    // The edge is where the spread gauge sees it.
-    let height: Vec<f32> =
-        height.iter().zip(&cover).map(|(h, cover)| if *cover < 0.5 { 0.0 } else { *h as f32 }).collect();
+    let (grid, height) = outline(cells);
     let circles: Vec<Circle> = case
         .gauges
         .spread
@@ -160,12 +163,7 @@ pub fn above(cells: &Cells, bodies: &Inclusions, case: &Case, title: &str) -> Re
         .collect();
     HeightMap {
         title,
-        grid: Grid {
-            origin: plan.extent()[0].to_array(),
-            spacing: [plan.size(); 2],
-            cells: count,
-            mirror: [false; 2],
-        },
+        grid,
         height: &height,
         range: None,
         palette: Palette::Viridis,
@@ -173,6 +171,82 @@ pub fn above(cells: &Cells, bodies: &Inclusions, case: &Case, title: &str) -> Re
         lines: &lines,
     }
     .draw()
+}
+
+/// The columns of the whole body, and their heights in m.
+fn outline(cells: &Cells) -> (Grid, Vec<f32>) {
+    let plan = Plan::height(cells);
+    let (count, height) = plan.whole();
+    let (_, cover) = Plan::cover(cells).whole();
+    // The edge is where the spread gauge sees it.
+    let height =
+        height.iter().zip(&cover).map(|(h, cover)| if *cover < 0.5 { 0.0 } else { *h as f32 }).collect();
+    let origin = plan.extent()[0].to_array();
+    (Grid { origin, spacing: [plan.size(); 2], cells: count, mirror: [false; 2] }, height)
+}
+
+/// Share of the fluid of the fullest square that a square must have to be shown.
+const LEAST_FLUID: f64 = 0.05;
+
+/// How fibres lie in a half of the fluid, seen from above, as ellipses; none where the case has no fibres.
+///
+/// The half-axes of each ellipsoid are the principal values of the orientation tensor along its principal axes, 1 being half the edge of its
+/// square: aligned fibres are a line across the square, fibres in all directions alike a disc of a third of it.
+///
+/// # Errors
+/// If there are no cells.
+pub fn lying(
+    cells: &Cells,
+    bodies: &Inclusions,
+    case: &Case,
+    half: Half,
+    title: &str,
+) -> Result<Option<Picture>, Error> {
+    let Some(size) = case.fibre_region() else { return Ok(None) };
+    let (grid, height) = outline(cells);
+    let ellipse = |region: &Region| {
+        let centre = [region.centre.x, region.centre.y];
+        let half_axes = shadow(&region.tensor()?).map(|axis| axis.map(|x| 0.5 * region.size * x));
+        Some(Ellipse { centre, half_axes, value: 100.0 * region.share() })
+    };
+    let regions = regions(cells, bodies, size);
+    // Squares that the fluid has hardly reached hold ends of fibres, whose shares would outshine all others.
+    let most = regions.iter().map(|region| region.fluid).fold(0.0, f64::max);
+    let shown = regions.iter().filter(|region| region.half == half && region.fluid >= LEAST_FLUID * most);
+    let ellipses: Vec<Ellipse> = shown.filter_map(ellipse).collect();
+    let which = if half == Half::Lower { "lower half" } else { "upper half" };
+    EllipseMap {
+        title: &format!("{title}, {which}"),
+        grid,
+        height: &height,
+        ellipses: &ellipses,
+        quantity: "share of fibres [% by volume]",
+        palette: Palette::Viridis,
+    }
+    .draw()
+    .map(Some)
+}
+
+/// Half-axes of an ellipsoid seen from above, whose half-axes are the principal values and axes of a tensor `a`: its shadow is
+/// x . (a^2)^-1 x <= 1 with the part of a^2 in the plane.
+fn shadow(a: &DMat3) -> [[f64; 2]; 2] {
+    let square = *a * *a;
+    let flat = DMat3::from_cols_array(&[
+        square.x_axis.x,
+        square.x_axis.y,
+        0.0,
+        square.x_axis.y,
+        square.y_axis.y,
+        0.0,
+        0.0,
+        0.0,
+        -1.0,
+    ]);
+    let found = principal(&flat);
+    [0, 1].map(|n| {
+        let axis = found.axes[n] * found.values[n].max(0.0).sqrt();
+        [axis.x, axis.y]
+    })
 }
 
 /// A quantity in a vertical cut along the longer side of the body, through the spread axis, or the first inlet, or else the middle.
@@ -288,6 +362,17 @@ fn around(all: Range<isize>, holds: impl Fn(isize) -> bool) -> Range<isize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ellipsoids_are_seen_from_above() {
+        let close = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-12;
+        let [long, short] = shadow(&DMat3::from_diagonal([0.2, 0.7, 0.1].into()));
+        assert!(close(long.map(f64::abs), [0.0, 0.7]) && close(short.map(f64::abs), [0.2, 0.0]));
+        // Aligned at 45 degrees in the plane of y and z: half of the square of its length is seen along y.
+        let up = DMat3::from_cols_array(&[0.0, 0.0, 0.0, 0.0, 0.5, 0.5, 0.0, 0.5, 0.5]);
+        let [long, short] = shadow(&up);
+        assert!(close(long.map(f64::abs), [0.0, 0.5_f64.sqrt()]) && close(short, [0.0, 0.0]));
+    }
 
     #[test]
     fn a_frame_around_the_fluid_stays_within_the_domain() {

@@ -16,6 +16,7 @@ use tremie_output::{Field, Values};
 
 use crate::bodies;
 use crate::checkpoint::{Checkpoint, RunState};
+use crate::fibres::Records;
 use crate::filling::Filling;
 use crate::folder::{FolderError, RunFolder, RunRecord};
 use crate::gauges::{Gauges, Readings, TargetTime};
@@ -133,6 +134,8 @@ struct Run<'a> {
     /// Fields, surfaces and bodies, if the case wants snapshots.
     collections: Option<[Collection; 2]>,
     body_collection: Option<Collection>,
+    /// How bodies lie, if there are any.
+    records: Option<Records>,
     latest: Readings,
     /// The record when this process began, and that moment.
     before: RunRecord,
@@ -184,6 +187,7 @@ impl<'a> Run<'a> {
         };
         let swims = !view.inclusions.kinds.is_empty() && case.output.snapshot_interval.is_some();
         let body_collection = if swims { Some(collection(folder.bodies())?) } else { None };
+        let records = Records::begin(case, &view.inclusions, folder, time)?;
         let state = resumed.unwrap_or_else(|| RunState {
             time: simulation.time(),
             steps: 0,
@@ -206,6 +210,7 @@ impl<'a> Run<'a> {
             series,
             collections,
             body_collection,
+            records,
             latest,
             before,
             began: Instant::now(),
@@ -228,6 +233,10 @@ impl<'a> Run<'a> {
         let view = simulation.snapshot();
         if end && !view.inclusions.kinds.is_empty() {
             bodies::write_table(&view.inclusions, &self.folder.body_table())?;
+        }
+        let only = end && self.case.output.snapshot_interval.is_none();
+        if let Some(records) = self.records.as_mut().filter(|_| snapshot.is_some() || only) {
+            records.write(&view, self.folder, time, self.state.snapshots.count)?;
         }
         if let Some(interval) = reading {
             self.read(&view)?;
@@ -252,6 +261,9 @@ impl<'a> Run<'a> {
         }
         let row: Vec<f64> = readings.columns().into_iter().map(|(_, value)| value).collect();
         self.series.append(&row)?;
+        if let Some(records) = &mut self.records {
+            records.read(view, self.case, readings.time)?;
+        }
         if let Some(spread) = &readings.spread {
             self.state.t500.update(readings.time, spread.max);
         }

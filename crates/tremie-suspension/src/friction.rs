@@ -73,7 +73,7 @@ pub(crate) struct Grip {
 }
 
 /// Part of the friction's inverse that a line of points owes to itself, per length, between the fluid's velocity with half of the
-/// forces on it and without, in `dt / (rho grain^2)`: half of `(sum w^2)^2`, w being the weights of the cosine along one axis, 0.375.
+/// forces on it and without, in `dt / (rho grain^2)`: half of `(sum w^2)^2`, w being the weights along one axis, whose squares sum to 0.375 wherever the point lies (Peskin 2002).
 const SELF: f64 = 0.0703;
 
 /// Diameter in grains up to which a line of points stands for a cylinder.

@@ -54,17 +54,48 @@ fn lines(bodies: &Inclusions) -> impl Iterator<Item = (usize, DVec3, DVec3)> {
     })
 }
 
+/// What fibres have in a block, gathered fibre by fibre.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Share {
+    /// How many fibres have their centres there.
+    pub number: usize,
+    /// Length in m of what lies there.
+    pub length: f64,
+    /// Its volume in m3.
+    pub volume: f64,
+    /// Sum of L p_i p_j in m.
+    sum: DMat3,
+}
+
+impl Share {
+    /// Nothing yet.
+    pub const NONE: Self = Self { number: 0, length: 0.0, volume: 0.0, sum: DMat3::ZERO };
+
+    /// Adds the part of body `n` that lies in a block, if it is a fibre.
+    pub fn add(&mut self, bodies: &Inclusions, n: usize, block: &Block) {
+        let Some([start, end]) = bodies.ends(n) else { return };
+        let centre = bodies.position[n];
+        if centre.cmpge(block.low).all() && centre.cmplt(block.high).all() {
+            self.number += 1;
+        }
+        let Some((from, to)) = block.part(start, end - start) else { return };
+        let (length, axis) = ((to - from) * (end - start).length(), bodies.axis(n));
+        self.sum += length * outer(axis, axis);
+        self.length += length;
+        self.volume += (to - from) * bodies.form(n).volume();
+    }
+
+    /// Their orientation tensor a_ij; none without fibres there.
+    pub fn tensor(&self) -> Option<DMat3> {
+        (self.length > 0.0).then(|| self.sum * self.length.recip())
+    }
+}
+
 /// The orientation tensor a_ij of what fibres have in a block; none without fibres there.
 pub fn tensor(bodies: &Inclusions, block: &Block) -> Option<DMat3> {
-    let (mut sum, mut total) = (DMat3::ZERO, 0.0);
-    for (n, start, way) in lines(bodies) {
-        if let Some((from, to)) = block.part(start, way) {
-            let (length, axis) = ((to - from) * way.length(), bodies.axis(n));
-            sum += length * outer(axis, axis);
-            total += length;
-        }
-    }
-    (total > 0.0).then(|| sum * f64::recip(total))
+    let mut share = Share::NONE;
+    (0..bodies.len()).for_each(|n| share.add(bodies, n, block));
+    share.tensor()
 }
 
 /// Principal values of a symmetric tensor, the largest first, and their axes: of an ellipsoid, its half-axes.

@@ -5,10 +5,13 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use indicatif::{HumanBytes, HumanCount};
 use serde_json::{Value, json};
-use tremie_case::{Cage, Case, Layer, MeshFile, Role, Solid};
+use tremie_case::{Cage, Case, InclusionGroup, Layer, MeshFile, Role, Solid};
 use tremie_geometry::{Body, Shape};
+use tremie_lbm::Plan;
 use tremie_numerics::DVec3;
+use tremie_simulation::Simulation;
 
 use crate::numbers::{Numbers, duration, significant};
 use crate::terminal;
@@ -40,7 +43,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     if let Some(refusal) = numbers.refusal(&case) {
         return Err(refusal.into());
     }
-    let pace = Pace::measure(&case)?;
+    let pace = Pace::measure(tremie_lbm::simulation(&case))?;
+    // The same without bodies, to see what they cost.
+    let without = match case.groups.is_empty() {
+        true => pace,
+        false => Pace::measure(tremie_lbm::simulation_with(&case, None))?,
+    };
+    let burden = (pace.step / without.step - 1.0).max(0.0);
     let warnings = numbers.warnings();
 
     if arguments.json {
@@ -49,6 +58,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         json["estimated_time_s"] = json!(pace.step * numbers.plan.steps);
         json["updates_per_second"] = json!(pace.updates);
         json["warnings"] = json!(warnings);
+        if !case.groups.is_empty() {
+            json["bodies"] = json!(case.inclusions.len());
+            json["bodies_memory_bytes"] = json!(numbers.plan.memory_of_bodies.round());
+            json["bodies_time_share"] = json!(burden);
+        }
         json["meshes"] = case.meshes.iter().map(described).collect();
         terminal::say(&format!("{json:#}"));
     } else {
@@ -56,6 +70,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         rows.extend(case.meshes.iter().map(|mesh| ("mesh", extent(mesh))));
         rows.extend(case.solids.iter().filter_map(bars).map(|bars| ("bars", bars)));
         rows.extend(case.cages.iter().map(|cage| ("cage", zone(cage))));
+        rows.extend(swimmers(&case, &numbers.plan).into_iter().map(|bodies| ("bodies", bodies)));
+        if !case.groups.is_empty() {
+            let memory = HumanBytes(numbers.plan.memory_of_bodies as u64);
+            let time = significant(100.0 * burden);
+            rows.push(("they add", format!("about {memory} of the memory, {time} % to the time of a step")));
+        }
         let pours = if case.inlets.is_empty() { "" } else { ", more as fluid comes in" };
         let earlier = if case.stop.rest.is_some() { " at most; rest comes earlier" } else { "" };
         let threads = rayon::current_num_threads();
@@ -101,6 +121,19 @@ fn zone(cage: &Cage) -> String {
     format!("{}, {}", layers.collect::<Vec<_>>().join("; "), span(cage.body.bounds()))
 }
 
+/// How many bodies of each name there are, and which share of the fluid at the start they take.
+fn swimmers(case: &Case, plan: &Plan) -> Vec<String> {
+    let bodies = &case.inclusions;
+    let fluid = plan.wet_cells * plan.scaling.cell_size.powi(3);
+    let of = |group: &InclusionGroup| {
+        let its = |n: &usize| bodies.kinds[usize::from(bodies.kind[*n])].name == group.name;
+        let volume: f64 = (0..bodies.len()).filter(its).map(|n| bodies.form(n).volume()).sum();
+        let number = HumanCount((0..bodies.len()).filter(its).count() as u64);
+        format!("{number} {}, {} % of the volume", group.name, significant(100.0 * volume / fluid))
+    };
+    case.groups.iter().map(of).collect()
+}
+
 /// From where to where something reaches.
 fn span((min, max): (DVec3, DVec3)) -> String {
     // Without the noise of turning, which is far below a micrometre.
@@ -139,8 +172,7 @@ struct Pace {
 }
 
 impl Pace {
-    fn measure(case: &Case) -> anyhow::Result<Self> {
-        let mut simulation = tremie_lbm::simulation(case);
+    fn measure(mut simulation: Box<dyn Simulation>) -> anyhow::Result<Self> {
         for _ in 0..WARM_UP {
             simulation.advance()?;
         }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::{bench, calc, check, failure, lab, report, run, schema, template, validate};
+use crate::{bench, calc, check, export, failure, lab, report, run, schema, template, validate};
 
 /// Virtual laboratory and casting simulator for fresh concrete and other yield-stress fluids.
 #[derive(Debug, Parser)]
@@ -20,7 +20,8 @@ Examples:
   tremie check planar-collapse.toml
   tremie run planar-collapse.toml
   tremie resume runs/planar-collapse
-  tremie report runs/planar-collapse"
+  tremie report runs/planar-collapse
+  tremie export runs/fibre-slump --format csv"
 )]
 struct Program {
     /// Threads that compute [default: all cores]; the results do not depend on it
@@ -47,6 +48,8 @@ enum Command {
     Resume(run::ResumeArguments),
     /// Make one page of a run: results, figures, pictures, checks
     Report(report::Arguments),
+    /// Write the aggregates and fibres of a run as other programs read them
+    Export(export::Arguments),
     /// Say what a case will cost, and whether its numbers are sound
     Check(check::Arguments),
     /// Compare benchmarks with their references
@@ -70,6 +73,7 @@ pub fn main() -> ExitCode {
             Command::Run(arguments) => run::run(arguments),
             Command::Resume(arguments) => run::resume(&arguments),
             Command::Report(arguments) => report::run(&arguments),
+            Command::Export(arguments) => export::run(&arguments),
             Command::Check(arguments) => check::run(&arguments),
             Command::Validate(arguments) => validate::run(arguments),
             Command::Bench(arguments) => bench::run(&arguments),

@@ -33,7 +33,7 @@ macro_rules! template {
     };
 }
 
-const TEMPLATES: [Template; 12] = [
+const TEMPLATES: [Template; 15] = [
     template!("slump-flow", "a cone of concrete is let go and spreads on a plate (EN 12350-8)"),
     template!("l-box", "concrete flows under a gate and through bars along a channel (EN 12350-10)"),
     template!("planar-collapse", "a wall of concrete collapses when its forms are taken away (dam break)"),
@@ -45,6 +45,12 @@ const TEMPLATES: [Template; 12] = [
     template!("beam", "a beam of RILEM is cast from a hose (Svec)"),
     template!("wall", "a wall with stiffeners is cast from a hose that rises with the concrete (Svec)"),
     template!("fibre-slump", "a cone of concrete with steel fibres is let go and spreads (Svec)"),
+    template!(
+        "heterogeneous-slump",
+        "a cone of concrete with aggregates and steel fibres is let go and spreads (Svec)"
+    ),
+    template!("couette-spheres", "spheres between moving plates: what they add to the viscosity (Svec)"),
+    template!("couette-fibres", "fibres between moving plates: what they add to the viscosity (Svec)"),
     template!("l-form", "an L-shaped form from an STL file is filled from a hose", "form.stl"),
 ];
 

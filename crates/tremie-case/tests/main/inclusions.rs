@@ -3,7 +3,9 @@
 // Helpers of tests are tests too.
 #![allow(clippy::unwrap_used)]
 
-use tremie_case::Case;
+use std::fs;
+
+use tremie_case::{Bodies, Case};
 use tremie_numerics::DVec3;
 use tremie_suspension::{Amount, Coupling, Direction, Form};
 
@@ -27,6 +29,7 @@ fn bodies_are_placed_in_the_fluid() {
     ))
     .unwrap();
     let [stones, fibres] = case.groups.as_slice() else { panic!("{:?}", case.groups) };
+    let [Bodies::Random(stones), Bodies::Random(fibres)] = [&stones.bodies, &fibres.bodies] else { panic!() };
     assert_eq!(stones.amount, Amount::Share(0.1));
     assert_eq!((fibres.amount, fibres.direction), (Amount::Number(12), Direction::Aligned(DVec3::Z)));
     assert_eq!((case.following.method.coupling, case.following.contact.friction), (Coupling::Svec, 0.3));
@@ -52,6 +55,83 @@ fn wrong_bodies_are_told_at_their_place() {
         (format!("{STONES}\nnumber = 3\ndirection = {{ along = [0, 0, 0] }}"), 32, "names no direction"),
         (STONES.replace("20 mm", "2 mm") + "\nnumber = 3", 30, "too large to see bodies of 0.002 m"),
         (format!("{STONES}\nnumber = 3\n[suspension]\nrestitution = 2"), 33, "must not be above 1"),
+    ] {
+        let error = with(&text).unwrap_err();
+        assert!(error.contains(says), "{error}\ninstead of {says}");
+        assert!(error.contains(&format!("case.toml:{line}:")), "{error}\nnot in line {line}");
+    }
+}
+
+/// The slump flow with these bodies from a file.
+fn from_file(group: &str, csv: &str) -> Result<Case, String> {
+    let place = tempfile::tempdir().unwrap();
+    fs::write(place.path().join("bodies.csv"), csv).unwrap();
+    let text = SLUMP_FLOW.replace("[lbm]", &format!("{group}\n\n[lbm]"));
+    let name = place.path().join("case.toml");
+    Case::parse(&name.display().to_string(), &text).map_err(|error| error.to_string())
+}
+
+const LISTED: &str =
+    "[[inclusions]]\nname = \"steel\"\ndensity = \"7850 kg/m3\"\ncsv = { file = \"bodies.csv\" }";
+const FILE: &str = "x1_m,y1_m,z1_m,x2_m,y2_m,z2_m,d_m,type\n0.01,0,0.1,0.07,0,0.1,0.001,steel\n\
+    0.02,0.02,0.1,0.02,0.02,0.1,0.02,grains\n0.01,0,0.02,0.01,0,0.08,0.001,steel\n";
+
+#[test]
+fn bodies_are_read_from_a_file() {
+    let grains = LISTED.replace("steel", "grains").replace("7850", "2600");
+    let case = from_file(&format!("{LISTED}\n{grains}"), FILE).unwrap();
+    let bodies = &case.inclusions;
+    assert_eq!((bodies.len(), bodies.kinds.len(), case.files[0].path.as_str()), (3, 2, "bodies.csv"));
+    let [a, b] = bodies.ends(0).unwrap();
+    assert!(
+        (a - DVec3::new(0.01, 0.0, 0.1)).length() < 1e-15
+            && (b - DVec3::new(0.07, 0.0, 0.1)).length() < 1e-15
+    );
+    assert_eq!(bodies.kinds[1].name, "grains");
+    assert_eq!(
+        (*bodies.form(2), bodies.position[2]),
+        (Form::Sphere { diameter: 0.02 }, DVec3::new(0.02, 0.02, 0.1))
+    );
+    assert!((case.fibre_region().unwrap() - 0.06).abs() < 1e-12);
+}
+
+#[test]
+fn wrong_files_of_bodies_are_told_with_their_line() {
+    for (group, csv, line, says) in [
+        (format!("{LISTED}\nnumber = 3"), FILE.to_owned(), 31, "says again what the file says"),
+        (LISTED.to_owned(), FILE.replace("0.07,", "7 cm,"), 30, "bodies.csv, line 2: x2_m is \"7 cm\""),
+        (
+            LISTED.to_owned(),
+            FILE.replace("0.08", "4"),
+            30,
+            "no fluid where a body should be: bodies.csv, line 4",
+        ),
+        (LISTED.to_owned(), FILE.replace("0.07", "0.02"), 30, "too large to see bodies of 0.01 m"),
+        (LISTED.replace("steel", "iron"), FILE.to_owned(), 30, "none is of the type \"iron\""),
+        (LISTED.replace("bodies.csv", "none.csv"), FILE.to_owned(), 30, "cannot be read"),
+    ] {
+        let error = from_file(&group, &csv).unwrap_err();
+        assert!(error.contains(says), "{error}\ninstead of {says}");
+        assert!(error.contains(&format!("case.toml:{line}:")), "{error}\nnot in line {line}");
+    }
+}
+
+#[test]
+fn wrong_sections_are_told_at_their_place() {
+    let fibres = STONES
+        .replace("sphere = { diameter = \"20 mm\" }", "fibre = { length = \"60 mm\", diameter = \"1 mm\" }");
+    let section = "[[suspension.section]]\nname = \"middle\"\naxis = \"z\"\nat = \"0.1 m\"";
+    assert_eq!(with(&format!("{fibres}\nnumber = 3\n{section}")).unwrap().following.sections[0].axis, 2);
+    for (text, line, says) in [
+        (format!("{STONES}\nnumber = 3\n{section}"), 33, "no fibres to count"),
+        (format!("{fibres}\nnumber = 3\n{section}\n{section}"), 37, "two sections are called `middle`"),
+        (format!("{fibres}\nnumber = 3\n{}", section.replace("0.1 m", "9 m")), 35, "outside the domain"),
+        (
+            format!("{fibres}\nnumber = 3\n{section}\nmax = [\"-9 m\", \"1 m\", \"1 m\"]"),
+            36,
+            "nothing of this section lies in the domain",
+        ),
+        (format!("{fibres}\nnumber = 3\n[suspension]\nregion = \"1 mm\""), 33, "smaller than a cell"),
     ] {
         let error = with(&text).unwrap_err();
         assert!(error.contains(says), "{error}\ninstead of {says}");

@@ -98,7 +98,7 @@ fn exclusive(table: &mut Map<String, Value>, schema: &Value, key: &str) {
 
 fn read(case: &Value) -> Result<Case, String> {
     let text = toml::to_string(case).unwrap();
-    // Beside it lie the `form.stl` and the `cage.csv` that the schema's examples name.
+    // Beside it lie the `form.stl`, the `cage.csv` and the `fibres.csv` that the schema's examples name.
     let name = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/main/case.toml");
     Case::parse(name, &text).map_err(|error| format!("{error}\n{text}"))
 }

@@ -153,6 +153,22 @@ impl Canvas {
         }
     }
 
+    /// A polygon, closed from its last point to its first.
+    pub(super) fn polygon(&mut self, points: &[[f64; 2]], colour: Colour, pen: Pen) {
+        let mut builder = PathBuilder::new();
+        for (n, &[x, y]) in points.iter().enumerate() {
+            match n {
+                0 => builder.move_to(x as f32, y as f32),
+                _ => builder.line_to(x as f32, y as f32),
+            }
+        }
+        builder.close();
+        if let Some(path) = builder.finish() {
+            self.fill_path(&path, colour, 1.0);
+            self.stroke(&path, pen);
+        }
+    }
+
     pub(super) fn circle(&mut self, [x, y]: [f64; 2], radius: f64, pen: Pen) {
         if let Some(path) = PathBuilder::from_circle(x as f32, y as f32, radius as f32) {
             self.stroke(&path, pen);

@@ -75,7 +75,7 @@ impl HeightMap<'_> {
     pub fn draw(&self) -> Result<Picture, Error> {
         self.grid.check("height", self.height)?;
         let body = |n: usize| self.height[n] > 0.0;
-        let covered = self.covered();
+        let covered = covered(&self.grid, self.height);
         let height = self.grid.fill_gaps(self.height, body);
         let highest = self.height.iter().copied().filter(|h| h.is_finite()).fold(0.0, f32::max);
         let [low, high] = self.range.unwrap_or([0.0, f64::from(highest)]);
@@ -97,23 +97,21 @@ impl HeightMap<'_> {
     }
 }
 
-impl HeightMap<'_> {
-    /// Share of each cell that the body covers, smoothed. A column that the front has only partly crossed is lower
-    /// than its neighbours by that share; without this the edge would be a staircase.
-    fn covered(&self) -> Vec<f32> {
-        // Slopes within the body must not look like its edge.
-        const FULL: f32 = 0.7;
-        let share = |n: usize| {
-            let highest = self.grid.around(n).map(|(m, _)| self.height[m]).fold(0.0, f32::max);
-            if self.height[n] > 0.0 { (self.height[n] / (FULL * highest)).min(1.0) } else { 0.0 }
-        };
-        let mut shares: Vec<f32> = (0..self.height.len()).map(share).collect();
-        for _ in 0..2 {
-            let smooth = |n| self.grid.around(n).map(|(m, weight)| weight * shares[m]).sum();
-            shares = (0..shares.len()).map(smooth).collect();
-        }
-        shares
+/// Share of each cell that a body of these heights covers, smoothed. A column that the front has only partly crossed is lower
+/// than its neighbours by that share; without this the edge would be a staircase.
+pub(super) fn covered(grid: &Grid, height: &[f32]) -> Vec<f32> {
+    // Slopes within the body must not look like its edge.
+    const FULL: f32 = 0.7;
+    let share = |n: usize| {
+        let highest = grid.around(n).map(|(m, _)| height[m]).fold(0.0, f32::max);
+        if height[n] > 0.0 { (height[n] / (FULL * highest)).min(1.0) } else { 0.0 }
+    };
+    let mut shares: Vec<f32> = (0..height.len()).map(share).collect();
+    for _ in 0..2 {
+        let smooth = |n| grid.around(n).map(|(m, weight)| weight * shares[m]).sum();
+        shares = (0..shares.len()).map(smooth).collect();
     }
+    shares
 }
 
 impl Cut<'_> {
@@ -170,14 +168,14 @@ impl Cut<'_> {
 }
 
 /// A canvas laid out for a grid: axes in millimetres, equal along both, and room for a colour bar.
-struct Sheet {
-    canvas: Canvas,
-    axes: Axes,
+pub(super) struct Sheet {
+    pub(super) canvas: Canvas,
+    pub(super) axes: Axes,
     bar: Area,
 }
 
 impl Sheet {
-    fn new(grid: &Grid) -> Self {
+    pub(super) fn new(grid: &Grid) -> Self {
         const LEFT: f64 = 110.0;
         const TOP: f64 = 76.0;
         const BELOW: f64 = 96.0;
@@ -208,7 +206,7 @@ impl Sheet {
     }
 
     /// Colours the pixels by their position and size in metres.
-    fn paint(&mut self, colour: impl Fn([f64; 2], f64) -> Option<(Colour, f64)>) {
+    pub(super) fn paint(&mut self, colour: impl Fn([f64; 2], f64) -> Option<(Colour, f64)>) {
         let Axes { area, x, y } = self.axes;
         let size = 1e-3 * (x.value(1.0) - x.value(0.0)) / area.width;
         self.canvas.paint(area, |[column, row]| {
@@ -245,7 +243,7 @@ impl Sheet {
         self.canvas.clip(None);
     }
 
-    fn finish(
+    pub(super) fn finish(
         mut self,
         title: &str,
         axes: [&str; 2],
@@ -265,7 +263,7 @@ impl Sheet {
 }
 
 /// Distance in pixels from a point inwards to where a share between 0 and 1 passes one half; `None` well outside.
-fn edge_distance(grid: &Grid, share: &[f32], point: [f64; 2], pixel: f64) -> Option<f64> {
+pub(super) fn edge_distance(grid: &Grid, share: &[f32], point: [f64; 2], pixel: f64) -> Option<f64> {
     let (value, gradient) = grid.sample(share, point);
     let slope = gradient[0].hypot(gradient[1]) * pixel;
     let distance = (value - 0.5) / slope.max(1e-9);
@@ -273,7 +271,7 @@ fn edge_distance(grid: &Grid, share: &[f32], point: [f64; 2], pixel: f64) -> Opt
 }
 
 /// The colour of a pixel at a distance from the edge of its body, which has a dark outline; and how much it covers.
-fn outlined(colour: Colour, distance: f64) -> (Colour, f64) {
+pub(super) fn outlined(colour: Colour, distance: f64) -> (Colour, f64) {
     const OUTLINE: f64 = 2.0;
     let line = (OUTLINE + 0.5 - distance).clamp(0.0, 1.0);
     let colour = std::array::from_fn(|n| mix(colour[n], INK[n], line));

@@ -7,6 +7,7 @@
 
 mod axes;
 mod canvas;
+mod ellipses;
 mod field;
 mod grid;
 mod plot;
@@ -15,6 +16,7 @@ use std::io;
 use std::path::Path;
 
 pub use canvas::Picture;
+pub use ellipses::{Ellipse, EllipseMap};
 pub use field::{Circle, Cut, HeightMap};
 pub use grid::Grid;
 pub use plot::{Axis, Curve, Plot, Reference, Style};

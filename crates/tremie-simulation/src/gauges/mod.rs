@@ -11,11 +11,17 @@ mod crossing;
 mod front;
 mod level;
 mod light;
+pub(crate) mod lying;
 mod pressure;
+pub(crate) mod section;
+pub(crate) mod segregation;
 mod spread;
 
 pub use crossing::{TargetTime, first_crossing};
+pub use lying::{Half, Region, regions};
 pub use pressure::{Peak, WallPressure};
+pub use section::{Through, through};
+pub use segregation::{Layer, layers};
 pub use spread::{Spread, profile};
 
 use rayon::prelude::*;

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use tremie_case::Case;
 use tremie_output::series::{self, Table};
-use tremie_simulation::{Cells, Checkpoint, Fluid, FolderError, RunFolder, RunRecord, Summary};
+use tremie_simulation::{Cells, Fluid, FolderError, RunFolder, RunRecord, Snapshot, Summary};
 use tremie_suspension::Inclusions;
 
-use crate::failure::{WrongInput, chain};
 use crate::lab::{self, Figures};
+use crate::last_state;
 use crate::numbers::Numbers;
 
 /// All that the report is made from.
@@ -43,8 +43,10 @@ impl Evidence {
             Some((name, figures))
         });
         let mut missing = Vec::new();
-        let last = match last_state(folder, &case)? {
-            Ok(last) => Some(last),
+        let last = match last_state::read(folder, &case)? {
+            Ok(Snapshot { time, fluid: Fluid::Cells(cells), inclusions, .. }) => {
+                Some((time, cells, inclusions))
+            }
             Err(reason) => {
                 missing.push(format!("The last state and the profile are not shown: {reason}."));
                 None
@@ -98,24 +100,4 @@ impl Evidence {
         let gravity = self.gravity().filter(|_| yield_stress > 0.0)?;
         Some(lab::ThinSheet::new(self.first_volume(), yield_stress, material.density, gravity))
     }
-}
-
-/// The state in the checkpoint, or why there is none.
-fn last_state(
-    folder: &RunFolder,
-    case: &Case,
-) -> Result<Result<(f64, Cells, Inclusions), String>, WrongInput> {
-    if !folder.checkpoint().is_file() {
-        return Ok(Err("the folder has no checkpoint".to_owned()));
-    }
-    let checkpoint = Checkpoint::read(folder).map_err(|error| WrongInput(chain(&error)))?;
-    let mut simulation = tremie_lbm::simulation(case);
-    Ok(match checkpoint.restore(simulation.as_mut()) {
-        Ok(()) => {
-            let snapshot = simulation.snapshot();
-            let Fluid::Cells(cells) = snapshot.fluid;
-            Ok((snapshot.time, cells, snapshot.inclusions))
-        }
-        Err(error) => Err(error.to_string()),
-    })
 }

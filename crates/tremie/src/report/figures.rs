@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use tremie_output::picture::{Axis, Curve, Picture, Plot, Reference, Style};
-use tremie_simulation::gauges;
+use tremie_simulation::gauges::{self, Half};
 use tremie_simulation::pictures::{self, Frame, Quantity};
 
 use super::evidence::Evidence;
@@ -51,6 +51,16 @@ pub(super) fn last_state(evidence: &Evidence) -> anyhow::Result<Vec<Figure>> {
         "The surface from above",
         "Height of the surface, from above.",
     )?];
+    for (half, name) in [(Half::Lower, "lower"), (Half::Upper, "upper")] {
+        let title = format!("How fibres lie, t = {time:.2} s");
+        if let Some(picture) = pictures::lying(cells, bodies, case, half, &title)? {
+            let alt = format!("How fibres lie in the {name} half");
+            let caption = format!(
+                "How fibres lie in the {name} half of the fluid, from above: a line across its square where all are aligned, a disc of a third of it where they lie in all directions alike."
+            );
+            figures.push(shown(&picture, &alt, &caption)?);
+        }
+    }
     let batch = (Quantity::Batch, "Batches", "The batch that there is most of, in a vertical cut.");
     let batch = (!cells.batches.is_empty()).then_some(batch);
     let always = [

@@ -3,6 +3,7 @@
 // Helpers of tests are tests too.
 #![allow(clippy::unwrap_used)]
 
+mod bodies;
 mod robustness;
 mod stl;
 
@@ -306,7 +307,12 @@ fn interrupted(place: &Path, arguments: &[&str], series: &Path) -> Output {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_goes_on_as_if_nothing_had_happened() {
-    let place = folder_with_case(&[("\"20 mm\"", "\"10 mm\""), ("\"1 s\"", "\"1.2 s\"")]);
+    goes_on(&folder_with_case(&[("\"20 mm\"", "\"10 mm\""), ("\"1 s\"", "\"1.2 s\"")]));
+}
+
+/// A run of the case in a folder, 1.2 s long, leaves the same files if it is interrupted and resumed.
+#[cfg(unix)]
+fn goes_on(place: &TempDir) {
     let place = place.path();
     done(place, &["run", "slump.toml", "--out", "whole", "-q"]);
 
@@ -592,6 +598,9 @@ fn a_new_case_is_ready_to_run_and_replaces_nothing() {
             "beam",
             "wall",
             "fibre-slump",
+            "heterogeneous-slump",
+            "couette-spheres",
+            "couette-fibres",
             "l-form"
         ]
     );
@@ -667,6 +676,7 @@ fn every_command_has_help_with_examples() {
         &["new"],
         &["schema"],
         &["report"],
+        &["export"],
         &["bench"],
         &["validate"],
     ] {
