@@ -206,7 +206,7 @@ mod tests {
             |block, row, k, weight, _| ones.push((block, row, k, weight)),
         );
         for cells in [&mut fours, &mut ones] {
-            cells.sort_by(|a, b| (a.0, a.1, a.2).cmp(&(b.0, b.1, b.2)));
+            cells.sort_by_key(|cell| (cell.0, cell.1, cell.2));
         }
         assert_eq!(fours, ones);
     }
