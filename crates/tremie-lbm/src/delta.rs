@@ -219,7 +219,7 @@ mod tests {
         assert_eq!([see(0, -1), see(0, -2), see(0, 12)], [Some((0, true)), Some((1, true)), Some((9, true))]);
         assert_eq!([see(1, -1), see(1, 12)], [Some((10, false)), Some((1, false))]);
         assert_eq!([see(2, -1), see(2, 11), see(2, 3)], [None, None, Some((3, false))]);
-        let around = Around::<f64>::new(&topology, DVec3::new(0.5, 5.5, 0.5));
+        let around = Around::<f64>::new(&topology, DVec3::new(0.7, 5.7, 0.7));
         assert!(around.corner().is_none());
         let (mut cells, mut flipped) = (0, 0);
         around.each_cell(
