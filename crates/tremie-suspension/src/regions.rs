@@ -59,7 +59,8 @@ impl Regions {
         let mut allowed = reach;
         let count = |size: f64, a: usize| match periods.0[a] {
             Some(period) => (period / size).floor().max(1.0),
-            None => (extent[a] / size).floor() + 1.0,
+            // Bodies of a run that breaks down may be anywhere.
+            None => (extent[a] / size).floor().max(0.0) + 1.0,
         };
         let size = |allowed: f64| 2.0 * reach + skin + 2.0 * allowed;
         let all = |size: f64| (0..3).map(|a| count(size, a)).product::<f64>();
@@ -138,6 +139,16 @@ mod tests {
             .map(|n| DVec3::new(share(n, 2f64.sqrt()), share(n, 3f64.sqrt()), share(n, 5f64.sqrt())))
             .map(|at| Outline::new(&form, at, DQuat::IDENTITY))
             .collect()
+    }
+
+    #[test]
+    fn bodies_that_are_nowhere_are_borne() {
+        for lost in [f64::INFINITY, f64::NEG_INFINITY, f64::NAN] {
+            let mut outlines = balls(10, 1.0);
+            outlines[3].centre = DVec3::new(0.1, lost, 0.2);
+            let regions = Regions::new(&outlines, &Periods::default(), 0.004);
+            assert_eq!(regions.bodies.len(), 10);
+        }
     }
 
     #[test]
