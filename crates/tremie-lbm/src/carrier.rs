@@ -7,16 +7,16 @@ use rayon::prelude::*;
 use tremie_numerics::DVec3;
 use tremie_suspension::{Carrier, Periods, Seen, Wall, Walls};
 
-use crate::delta::{Around, mirrored};
+use crate::delta::{Around, first};
 use crate::grid::Grid;
-use crate::immersed::Vectors;
 use crate::lanes::LANES;
 use crate::lattice::{C, Q};
 use crate::processor::for_this_processor;
-use crate::real::{Four, Real};
+use crate::real::{Real, by_axis};
 use crate::scaling::Scaling;
 use crate::solids::Solids;
 use crate::topology::{Boundary, EDGE, ROWS, Topology};
+use crate::window::{Asked, Span, Window, within};
 
 /// Share of fluid below which a point counts as being in air.
 const LEAST: f64 = 1e-3;
@@ -25,7 +25,7 @@ const LEAST: f64 = 1e-3;
 pub(crate) const CHUNK: usize = 256;
 
 /// Radius in cells of the cylinder as which a line of points a cell apart moves through the fluid (measured on cylinders between plates).
-const LINE_RADIUS: f64 = 1.15;
+const LINE_RADIUS: f64 = 1.162;
 
 /// The fluid on the lattice in SI units.
 pub(crate) struct Lattice<'a, T: Real> {
@@ -160,72 +160,43 @@ impl<T: Real> Grid<T> {
 
     /// Velocity in lattice units around each point, in cells from the domain's lower corner, and the share of what lies there that is fluid.
     pub(crate) fn see_at(&mut self, points: &[DVec3], seen: &mut [Seen]) {
-        let mut shares = std::mem::take(&mut self.immersed.shares);
-        shares.resize(points.len(), T::ZERO);
+        self.sort(points);
+        let mut sums = std::mem::take(&mut self.immersed.sums);
+        sums.resize(points.len(), [T::ZERO; 4]);
         let grid = &*self;
-        (points.par_chunks(CHUNK), seen.par_chunks_mut(CHUNK), shares.par_chunks_mut(CHUNK))
-            .into_par_iter()
-            .for_each(|(points, seen, shares)| see_points(grid, points, seen, shares));
-        self.immersed.shares = shares;
-    }
-
-    /// Sum of what is seen around a point by its weights, the share of fluid last.
-    #[inline(always)]
-    fn sum_around(&self, at: DVec3) -> [T; 4] {
-        let around = Around::new(&self.topology, at);
-        let seen = &self.immersed.seen;
-        let mut sum = T::Four::splat(T::ZERO);
-        if let Some(blocks) = self.blocks_around(&around) {
-            around.each_four(|block, row, first, weights, of_row| {
-                let cells = blocks[block & 7].row(row);
-                let cell = |k: usize| T::Four::read(&cells[(first + k) & (LANES - 1)]) * weights[k];
-                sum = sum + ((cell(0) + cell(1)) + (cell(2) + cell(3))) * T::Four::splat(of_row);
-            });
-        } else {
-            around.each_cell(
-                &self.topology,
-                |block| self.slot_of_block(block) as usize,
-                |slot, row, k, weight, mirrors| {
-                    if let Some(seen) = &seen[slot] {
-                        let cell = mirrored(seen.row(row)[k & (LANES - 1)], mirrors);
-                        sum = sum + T::Four::read(&cell) * T::Four::splat(weight);
-                    }
-                },
-            );
-        }
-        let mut all = [T::ZERO; 4];
-        sum.write(&mut all);
-        all
-    }
-
-    /// What is seen of the eight blocks from that of the first cell on, as far as cells around a point lie in them.
-    #[inline(always)]
-    fn blocks_around(&self, around: &Around<T>) -> Option<[&Vectors<T>; 8]> {
-        let (first, next) = around.corner()?;
-        let block = |n: usize| {
-            let place = [0, 1, 2].map(|a| first[a] + usize::from(next[a] && n >> a & 1 == 1));
-            self.immersed.seen[self.slot_of_block(place) as usize].as_deref()
+        let (sorted, windows) = (&grid.immersed.sorted, &grid.immersed.windows);
+        let mut rest = sums.as_mut_slice();
+        let mut own = |points: usize| {
+            let (own, others) = std::mem::take(&mut rest).split_at_mut(points);
+            rest = others;
+            own
         };
-        let mut blocks = [block(0)?; 8];
-        let reach = [0, 1, 2].map(|a| usize::from(next[a]) << a).iter().sum::<usize>();
-        for n in (1..8).filter(|n| n & reach == *n) {
-            blocks[n] = block(n)?;
-        }
-        Some(blocks)
+        let of_windows = sorted.windows.iter().zip(windows.iter().cycle());
+        let tasks: Vec<_> = of_windows
+            .map(|((place, range), windows)| {
+                (windows.spans(*place), &sorted.order[range.clone()], own(range.len()))
+            })
+            .collect();
+        tasks.into_par_iter().for_each_init(Window::new, |window, (spans, order, sums)| {
+            see_points(grid, spans, order, points, window, sums);
+        });
+        (points.par_iter(), seen.par_iter_mut(), sorted.rank.par_iter())
+            .into_par_iter()
+            .with_min_len(CHUNK)
+            .for_each(|(at, seen, rank)| *seen = grid.seen_at(*at, &sums[*rank as usize]));
+        self.immersed.sums = sums;
     }
 
+    /// What the sum of what is seen around a point says.
     #[inline(always)]
-    fn seen_at(&self, at: DVec3, seen: &mut Seen) -> T {
-        let sum = self.sum_around(at);
-        let share = sum[3].to_f64() / 64.0;
-        if share < LEAST {
-            *seen = Seen::default();
-            return T::ZERO;
+    fn seen_at(&self, at: DVec3, sum: &[T; 4]) -> Seen {
+        if sum[3] == T::ZERO {
+            return Seen::default();
         }
+        let share = sum[3].to_f64() / 64.0;
         let velocity = [0, 1, 2].map(|a| sum[a].to_f64() / sum[3].to_f64());
         let inward = if share < 0.5 { self.inward(at) } else { DVec3::ZERO };
-        *seen = Seen { velocity: DVec3::from(velocity), share, inward };
-        sum[3]
+        Seen { velocity: DVec3::from(velocity), share, inward }
     }
 
     /// The way from a point outside of the surface into the fluid, as [`Seen`] has it.
@@ -263,13 +234,34 @@ impl<T: Real> Grid<T> {
 }
 
 for_this_processor! {
-    /// What is seen at points, and the shares of fluid around them.
-    see_points = see_points_here<T: Real>(grid: &Grid<T>, points: &[DVec3], seen: &mut [Seen], shares: &mut [T])
+    /// Sums of what is seen around the points of a window, in its order.
+    see_points = see_points_here<T: Real>(
+        grid: &Grid<T>,
+        spans: [&Span; 3],
+        order: &[u32],
+        points: &[DVec3],
+        window: &mut Window<T>,
+        sums: &mut [[T; 4]]
+    )
 }
 
 #[inline(always)]
-fn see_points_here<T: Real>(grid: &Grid<T>, points: &[DVec3], seen: &mut [Seen], shares: &mut [T]) {
-    for ((at, seen), share) in points.iter().zip(seen).zip(shares) {
-        *share = grid.seen_at(*at, seen);
+fn see_points_here<T: Real>(
+    grid: &Grid<T>,
+    spans: [&Span; 3],
+    order: &[u32],
+    points: &[DVec3],
+    window: &mut Window<T>,
+    sums: &mut [[T; 4]],
+) {
+    let mut asked = Asked::NOTHING;
+    for n in order {
+        asked.add(within(by_axis(|a| first(&grid.topology, a, points[*n as usize][a]).0)));
+    }
+    window.look(grid, spans, &asked);
+    let least = T::from_f64(64.0 * LEAST);
+    for (n, to) in order.iter().zip(sums) {
+        let sum = window.sum(&Around::new(&grid.topology, points[*n as usize]));
+        *to = if sum[3] < least { [T::ZERO; 4] } else { sum };
     }
 }

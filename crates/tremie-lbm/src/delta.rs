@@ -13,15 +13,13 @@
 
 use tremie_numerics::DVec3;
 
-use crate::real::{Four, Real, by_axis};
+use crate::real::{Real, by_axis};
 use crate::topology::{Boundary, EDGE, Topology};
 
 /// The cells around a point: along each axis the first of the four, beyond the domain's sides too, and their weights.
 pub(crate) struct Around<T> {
-    first: [i64; 3],
-    weight: [[T; 4]; 3],
-    /// Whether all of them lie in the domain.
-    inside: bool,
+    pub(crate) first: [i64; 3],
+    pub(crate) weight: [[T; 4]; 3],
 }
 
 /// The first of the four cells around a coordinate, and how far that is beyond the middle of the second.
@@ -37,7 +35,7 @@ impl<T: Real> Around<T> {
     /// Around `at`, in cells from the lower corner of the domain.
     #[inline(always)]
     pub(crate) fn new(topology: &Topology, at: DVec3) -> Self {
-        let mut around = Self { first: [0; 3], weight: [[T::ZERO; 4]; 3], inside: true };
+        let mut around = Self { first: [0; 3], weight: [[T::ZERO; 4]; 3] };
         for a in 0..3 {
             let (first, beyond) = first(topology, a, at[a]);
             let (below, above) = (1.5 - beyond, 0.5 + beyond);
@@ -45,48 +43,8 @@ impl<T: Real> Around<T> {
             let weight = [below - root, below + root, above + root, above - root];
             around.weight[a] = weight.map(T::from_f64);
             around.first[a] = first;
-            around.inside &= around.first[a] >= 0 && around.first[a] + 3 < topology.cells[a] as i64;
         }
         around
-    }
-
-    /// Coordinates of the block with the first cell, and for each axis whether some cells lie in the next, if all lie in the domain.
-    #[inline(always)]
-    pub(crate) fn corner(&self) -> Option<([usize; 3], [bool; 3])> {
-        let first = self.first.map(|n| n as usize);
-        self.inside.then_some((first.map(|n| n / EDGE), first.map(|n| n % EDGE > EDGE - 4)))
-    }
-
-    /// Goes through the cells, if all lie in the domain, four of a row at a time: which of the eight blocks from the first cell's on (the bits of the
-    /// number are x, y and z), the row, the first of the four in it, their weights along x, and the weight of the row. Where the four lie in two
-    /// blocks, some of the eight that are gone through have no weight.
-    #[inline(always)]
-    pub(crate) fn each_four(&self, mut see: impl FnMut(usize, usize, usize, &[T::Four; 4], T)) {
-        let [x, y, z] = self.first.map(|n| n as usize % EDGE);
-        let low = x.min(EDGE - 4);
-        let shift = x - low;
-        let mut padded = [T::ZERO; 12];
-        padded[4..8].copy_from_slice(&self.weight[0]);
-        let four = |from: usize| {
-            [
-                T::Four::splat(padded[from]),
-                T::Four::splat(padded[from + 1]),
-                T::Four::splat(padded[from + 2]),
-                T::Four::splat(padded[from + 3]),
-            ]
-        };
-        let (here, next) = (four(4 - shift), four(8 - shift));
-        for k in 0..4 {
-            for j in 0..4 {
-                let (y, z, weight) = (y + j, z + k, self.weight[1][j] * self.weight[2][k]);
-                let block = (y / EDGE) << 1 | (z / EDGE) << 2;
-                let row = y % EDGE + EDGE * (z % EDGE);
-                see(block, row, low, &here, weight);
-                if shift > 0 {
-                    see(block | 1, row, 0, &next, weight);
-                }
-            }
-        }
     }
 
     /// Goes through the cells wherever they lie: the place of each by the coordinates of its block, its row and its place in the row, its
@@ -164,15 +122,16 @@ mod tests {
         for n in 0..200 {
             let at = DVec3::new(3.1 + 0.0931 * f64::from(n), 4.5 + 0.007 * f64::from(n), 7.93);
             let around = Around::<f64>::new(&topology, at);
-            let ([bx, by, bz], _) = around.corner().unwrap();
             let (mut sum, mut moment) = (0.0, DVec3::ZERO);
-            around.each_four(|block, row, first, weights, of_row| {
-                for (k, weight) in weights.iter().map(|weight| weight.x * of_row).enumerate() {
-                    if weight == 0.0 {
-                        continue;
-                    }
-                    let block = [bx + (block & 1), by + (block >> 1 & 1), bz + (block >> 2)];
-                    let cell = [first + k, row % EDGE, row / EDGE];
+            around.each_cell(
+                &topology,
+                |block| topology.number(block),
+                |number, row, k, weight, _| {
+                    let block = [0, 1, 2].map(|a| {
+                        let [x, y, _] = topology.blocks;
+                        [number % x, number / x % y, number / x / y][a]
+                    });
+                    let cell = [k, row % EDGE, row / EDGE];
                     let centre: DVec3 = [0, 1, 2].map(|a| (EDGE * block[a] + cell[a]) as f64 + 0.5).into();
                     let off = centre - at;
                     let exact: f64 = off.to_array().map(peskin).iter().product();
@@ -182,33 +141,10 @@ mod tests {
                     );
                     sum += weight;
                     moment += weight * off;
-                }
-            });
+                },
+            );
             assert!((sum - 64.0).abs() < 1e-12 && moment.length() < 1e-12, "{sum} {moment}");
         }
-    }
-
-    #[test]
-    fn cells_are_the_same_four_by_four_and_one_by_one() {
-        let topology = Topology::new(SIZE, [[Boundary::Periodic; 2]; 3]);
-        let at = DVec3::new(22.4, 5.8, 8.1);
-        let around = Around::<f64>::new(&topology, at);
-        let ([bx, by, bz], _) = around.corner().unwrap();
-        let (mut fours, mut ones) = (Vec::new(), Vec::new());
-        around.each_four(|block, row, first, weights, of_row| {
-            let number = topology.number([bx + (block & 1), by + (block >> 1 & 1), bz + (block >> 2)]);
-            let cells = (0..4).map(|k| (number, row, first + k, weights[k].x * of_row));
-            fours.extend(cells.filter(|cell| cell.3 != 0.0));
-        });
-        around.each_cell(
-            &topology,
-            |block| topology.number(block),
-            |block, row, k, weight, _| ones.push((block, row, k, weight)),
-        );
-        for cells in [&mut fours, &mut ones] {
-            cells.sort_by_key(|cell| (cell.0, cell.1, cell.2));
-        }
-        assert_eq!(fours, ones);
     }
 
     #[test]
@@ -220,7 +156,6 @@ mod tests {
         assert_eq!([see(1, -1), see(1, 12)], [Some((10, false)), Some((1, false))]);
         assert_eq!([see(2, -1), see(2, 11), see(2, 3)], [None, None, Some((3, false))]);
         let around = Around::<f64>::new(&topology, DVec3::new(0.7, 5.7, 0.7));
-        assert!(around.corner().is_none());
         let (mut cells, mut flipped) = (0, 0);
         around.each_cell(
             &topology,

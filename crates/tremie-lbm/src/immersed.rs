@@ -7,7 +7,7 @@
 use crate::grid::Grid;
 use crate::lanes::{LANES, Lanes};
 use crate::real::Real;
-use crate::spread::Pencils;
+use crate::spread::{Sorted, Windows};
 use crate::topology::{CELLS, ROWS};
 
 /// A vector and one more number for each cell of a block.
@@ -50,6 +50,9 @@ impl<T: Real> Vectors<T> {
 /// Vectors of all blocks, where there are any.
 pub(crate) type Field<T> = Vec<Option<Box<Vectors<T>>>>;
 
+/// A slot and the forces on it, while they are taken out of the field.
+pub(crate) type Pushed<T> = (usize, Option<Box<Vectors<T>>>);
+
 /// What all blocks keep for inclusions, by slot; nothing where there are none.
 #[derive(Debug, Clone)]
 pub(crate) struct Immersed<T> {
@@ -59,16 +62,25 @@ pub(crate) struct Immersed<T> {
     pub(crate) seen: Field<T>,
     /// Forces.
     pub(crate) pushes: Field<T>,
-    /// For each point that was asked for last, the share of what lies around it that is fluid.
-    pub(crate) shares: Vec<T>,
-    /// The order in which forces are spread, once it is needed.
-    pub(crate) pencils: Option<Pencils>,
+    /// The points that were asked for last, in the order in which they are gone through.
+    pub(crate) sorted: Sorted,
+    /// What is seen around each of them, in that order, by weights that sum to 64: the share that is fluid last, or 0 if that is as good as nothing.
+    pub(crate) sums: Vec<[T; 4]>,
+    /// Where the cells are that points see, once there are points.
+    pub(crate) windows: Option<Windows>,
 }
 
 impl<T: Real> Immersed<T> {
     /// For a fluid with inclusions in it, or without.
     pub(crate) fn new(any: bool) -> Self {
-        Self { any, seen: Vec::new(), pushes: Vec::new(), shares: Vec::new(), pencils: None }
+        Self {
+            any,
+            seen: Vec::new(),
+            pushes: Vec::new(),
+            sorted: Sorted::default(),
+            sums: Vec::new(),
+            windows: None,
+        }
     }
 
     /// Without any fluid.

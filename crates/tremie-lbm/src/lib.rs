@@ -58,6 +58,7 @@ mod transport;
 mod values;
 mod view;
 mod wall;
+mod window;
 
 pub use plan::Plan;
 pub use real::{Number, Real};

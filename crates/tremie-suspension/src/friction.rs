@@ -18,6 +18,10 @@
 //! **Other bodies** are forced onto their velocity throughout their volume (direct forcing, Eq. 2.30), at points a grain apart: `zeta = rho dV/dt`. With the
 //! weights that spread a point, such a body drags the fluid along as one that is larger, the more so the less viscous the fluid is: the points fill a body
 //! whose half-axes are shorter by [`overhang`].
+//!
+//! That friction is finite; so a body under a steady force would slip through the fluid in its place, at `F dt/(rho V)`: in a fluid at rest below its yield
+//! stress a heavy sphere would sink. Therefore these points hand the fluid the mean of the drag over the steps before, whatever the velocities are,
+//! and the friction only what differs from it: under a steady force no slip is left ([`FORGETS`]).
 
 use std::f64::consts::PI;
 
@@ -70,7 +74,15 @@ pub(crate) struct Grip {
     /// Friction across the body's z and along it, in N s/m.
     pub(crate) across: f64,
     pub(crate) along: f64,
+    /// Share of the body's mean drag that it hands to the fluid, whatever the velocities are.
+    pub(crate) steady: f64,
 }
+
+/// Share of the mean drag that each step renews.
+///
+/// With u the slip, h the mean drag over the friction and x the share of the slip that friction takes off in a step, the slip of a body that is held follows
+/// `u' = (q - x) u - x h`, `h' = h + FORGETS u` (q: what viscosity leaves of u): as stable as without h for any share below 1.
+pub(crate) const FORGETS: f64 = 0.1;
 
 /// Part of the friction's inverse that a line of points owes to itself, per length, between the fluid's velocity with half of the
 /// forces on it and without, in `dt / (rho grain^2)`: half of `(sum w^2)^2`, w being the weights along one axis, whose squares sum to 0.375 wherever the point lies (Peskin 2002).
@@ -88,7 +100,7 @@ pub fn svec_correction(diameter: f64, viscosity: f64) -> f64 {
 /// steps. Measured on spheres 8 grains wide in a periodic box (Hasimoto 1959) for viscosities from 0.02 to 0.3, within 0.01: a force on the fluid's
 /// velocity lets it through by some `sqrt(nu)`, and its weights reach out by more.
 fn overhang(viscosity: f64) -> f64 {
-    0.695 - 2.433 * viscosity.sqrt() + 0.917 * viscosity
+    0.696 - 2.266 * viscosity.sqrt() + 1.636 * viscosity
 }
 
 /// Variance in `grain^2` of the weights with which a point is spread and seen again.
@@ -113,7 +125,7 @@ pub(crate) fn grips(form: &Form, coupling: Coupling, medium: &Medium) -> Vec<Gri
             let grip = |n: usize| {
                 let held = if n == 0 || n == pieces { 0.5 * piece } else { piece };
                 let at = DVec3::Z * (n as f64 * piece - 0.5 * length);
-                Grip { at, across: held * friction[0], along: held * friction[1] }
+                Grip { at, across: held * friction[0], along: held * friction[1], steady: 0.0 }
             };
             (0..=pieces).map(grip).collect()
         }
@@ -172,7 +184,8 @@ fn throughout(half: DVec3, inside: impl Fn(DVec3) -> bool, volume: f64, medium: 
     let share = volume * half.element_product() / grips.len() as f64;
     let scale = (share / spacing.element_product()).cbrt();
     let zeta = medium.density / medium.time_step * share;
-    grips.into_iter().map(|at| Grip { at: scale * at, across: zeta, along: zeta }).collect()
+    let steady = 1.0 / grips.len() as f64;
+    grips.into_iter().map(|at| Grip { at: scale * at, across: zeta, along: zeta, steady }).collect()
 }
 
 #[cfg(test)]

@@ -40,6 +40,8 @@ pub struct Inclusions {
     pub drag: Vec<DVec3>,
     /// Moment in N m of that force about the centre.
     pub torque: Vec<DVec3>,
+    /// Mean of the drag in N over the steps before, the older the less.
+    pub mean_drag: Vec<DVec3>,
     /// Bodies and walls that it touched in the last step.
     pub contacts: Vec<u32>,
 }
@@ -67,15 +69,22 @@ impl Inclusions {
         self.angular_velocity.push(DVec3::ZERO);
         self.drag.push(DVec3::ZERO);
         self.torque.push(DVec3::ZERO);
+        self.mean_drag.push(DVec3::ZERO);
         self.contacts.push(0);
     }
 
-    /// All that changes, as numbers and labels that can be saved: 19 and 4 for each body.
+    /// All that changes, as numbers and labels that can be saved: 22 and 4 for each body.
     pub fn saved(&self) -> (Vec<f64>, Vec<u32>) {
         let (mut numbers, mut labels) = (Vec::new(), Vec::new());
         for n in 0..self.len() {
-            let vectors =
-                [self.position[n], self.velocity[n], self.angular_velocity[n], self.drag[n], self.torque[n]];
+            let vectors = [
+                self.position[n],
+                self.velocity[n],
+                self.angular_velocity[n],
+                self.drag[n],
+                self.torque[n],
+                self.mean_drag[n],
+            ];
             numbers.extend(vectors.iter().flat_map(|vector| vector.to_array()));
             numbers.extend(self.orientation[n].to_array());
             let (id, kind) = (self.id[n], u32::from(self.kind[n]) | u32::from(self.batch[n]) << 16);
@@ -87,19 +96,19 @@ impl Inclusions {
     /// Puts bodies of the same kinds in place of these, as they were saved; none if that is not what these are.
     pub fn load(&mut self, numbers: &[f64], labels: &[u32]) -> Option<()> {
         let mut new = Self { kinds: std::mem::take(&mut self.kinds), ..Self::default() };
-        let fits = numbers.len().is_multiple_of(19) && numbers.len() / 19 * 4 == labels.len();
-        for (numbers, labels) in numbers.chunks_exact(19).zip(labels.chunks_exact(4)) {
+        let fits = numbers.len().is_multiple_of(22) && numbers.len() / 22 * 4 == labels.len();
+        for (numbers, labels) in numbers.chunks_exact(22).zip(labels.chunks_exact(4)) {
             let vector = |n: usize| DVec3::from_slice(&numbers[3 * n..]);
             let (kind, batch) = (labels[2] as u16, (labels[2] >> 16) as u16);
             if usize::from(kind) >= new.kinds.len() {
                 return None;
             }
-            new.add(kind, batch, vector(0), DQuat::from_slice(&numbers[15..]));
+            new.add(kind, batch, vector(0), DQuat::from_slice(&numbers[18..]));
             let n = new.len() - 1;
             new.id[n] = u64::from(labels[0]) | u64::from(labels[1]) << 32;
             new.contacts[n] = labels[3];
-            [new.velocity[n], new.angular_velocity[n], new.drag[n], new.torque[n]] =
-                [vector(1), vector(2), vector(3), vector(4)];
+            [new.velocity[n], new.angular_velocity[n]] = [vector(1), vector(2)];
+            [new.drag[n], new.torque[n], new.mean_drag[n]] = [vector(3), vector(4), vector(5)];
         }
         new.next = new.id.iter().max().map_or(0, |id| id.saturating_add(1));
         *self = new;
@@ -129,6 +138,7 @@ impl Inclusions {
             angular_velocity: sorted(&self.angular_velocity, &order),
             drag: sorted(&self.drag, &order),
             torque: sorted(&self.torque, &order),
+            mean_drag: sorted(&self.mean_drag, &order),
             contacts: sorted(&self.contacts, &order),
         };
     }

@@ -8,7 +8,7 @@
 //!     d(I w)/dt = sum r_i x Z_i (u_i - v - w x r_i)
 //! ```
 //!
-//! with m and I those of the body's own density (Svec 2013, Eq. 2.19 to 2.21) and K its weight less that of the fluid in its place, since the fluid fills the
+//! and, in volumes, the mean drag of the steps before shared out among the points; with m and I those of the body's own density (Svec 2013, Eq. 2.19 to 2.21) and K its weight less that of the fluid in its place, since the fluid fills the
 //! body's volume too. The friction of a fibre in a step is many times its mass; so the step is **implicit**: `(M + dt A) w1 = M w0 + dt (A u + K)`, one system of
 //! six unknowns, stable at any stiffness. The inverse of `M + dt A` is also how the body answers to what it hits in the step ([`Response`]).
 //!
@@ -61,6 +61,8 @@ pub(crate) struct Dragged<'a> {
     pub(crate) seen: &'a [Seen],
     pub(crate) fluid_density: f64,
     pub(crate) gravity: DVec3,
+    /// Drag in N that the fluid has been handed already.
+    pub(crate) mean_drag: DVec3,
 }
 
 /// The matrix of the cross product by a vector from the left.
@@ -108,7 +110,7 @@ impl Dragged<'_> {
         let mut angular = spin - step * from.angular_velocity.cross(spin);
         for (n, arm, zeta) in self.held(from.orientation) {
             let (zeta, x) = (step * zeta, cross(arm));
-            let push = zeta * self.seen[n].velocity;
+            let push = zeta * self.seen[n].velocity + step * self.grips[n].steady * self.mean_drag;
             p += zeta;
             q -= zeta * x;
             r += x * zeta * x.transpose();
@@ -125,7 +127,7 @@ impl Dragged<'_> {
     fn acceleration(&self, of: &Motion) -> [DVec3; 2] {
         let (mut force, mut moment) = (self.weight(), DVec3::ZERO);
         for (n, arm, zeta) in self.held(of.orientation) {
-            let push = zeta * (self.seen[n].velocity - of.at(arm));
+            let push = zeta * (self.seen[n].velocity - of.at(arm)) + self.grips[n].steady * self.mean_drag;
             force += push;
             moment += arm.cross(push);
         }
@@ -225,7 +227,15 @@ mod tests {
 
     /// The fibre in a fluid that it is heavier than.
     fn fibre<'a>(grips: &'a [Grip], seen: &'a [Seen]) -> Dragged<'a> {
-        Dragged { form: &FIBRE, density: STEEL, grips, seen, fluid_density: 2300.0, gravity: GRAVITY }
+        Dragged {
+            form: &FIBRE,
+            density: STEEL,
+            grips,
+            seen,
+            fluid_density: 2300.0,
+            gravity: GRAVITY,
+            mean_drag: DVec3::ZERO,
+        }
     }
 
     fn seen(grips: &[Grip], orientation: DQuat, velocity: impl Fn(DVec3) -> DVec3) -> Vec<Seen> {

@@ -10,7 +10,7 @@
 use rayon::prelude::*;
 use tremie_numerics::DVec3;
 
-use crate::friction::{Coupling, Grip, Medium, grips};
+use crate::friction::{Coupling, FORGETS, Grip, Medium, grips};
 use crate::motion::{Dragged, Motion, Scheme};
 use crate::neighbours::CHUNK;
 use crate::{Carrier, ContactLaw, Contacts, Film, Inclusions, Periods, Response, Seen, Walls};
@@ -136,6 +136,7 @@ impl Suspension {
                     seen: &self.seen[self.firsts[n]..self.firsts[n + 1]],
                     fluid_density: density,
                     gravity,
+                    mean_drag: self.inclusions.mean_drag[n],
                 };
                 self.moved(n, &dragged, step)
             })
@@ -263,6 +264,8 @@ impl Suspension {
             },
         );
         self.forces = forces;
+        let means = self.inclusions.mean_drag.par_iter_mut().zip(&drags).with_min_len(CHUNK);
+        means.for_each(|(mean, drag)| *mean += FORGETS * (*drag - *mean));
         [self.inclusions.drag, self.inclusions.torque] = [drags, torques];
     }
 
@@ -270,12 +273,17 @@ impl Suspension {
     fn drag<'a>(&self, n: usize, forces: &mut impl Iterator<Item = &'a mut DVec3>) -> [DVec3; 2] {
         let (mean, turn) = (self.motion(n), self.inclusions.orientation[n]);
         let axis = turn * DVec3::Z;
+        let handed = self.inclusions.mean_drag[n];
         let (mut drag, mut torque) = (DVec3::ZERO, DVec3::ZERO);
         for ((grip, seen), force) in self.grips_of(n).iter().zip(&self.seen[self.firsts[n]..]).zip(forces) {
             let arm = turn * grip.at;
-            let slip = if seen.share > 0.0 { mean.at(arm) - seen.velocity } else { DVec3::ZERO };
+            if seen.share == 0.0 {
+                *force = DVec3::ZERO;
+                continue;
+            }
+            let slip = mean.at(arm) - seen.velocity;
             let along = axis * slip.dot(axis);
-            *force = grip.across * (slip - along) + grip.along * along;
+            *force = grip.across * (slip - along) + grip.along * along - grip.steady * handed;
             drag -= *force;
             torque -= arm.cross(*force);
         }

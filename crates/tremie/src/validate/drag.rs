@@ -193,3 +193,111 @@ pub(super) fn fibre_drag(context: &Context) -> anyhow::Result<Vec<Check>> {
         context.relative("turning", "friction of turning", "", 1.0, turning? / exact[2])?,
     ])
 }
+#[cfg(test)]
+mod calibrate {
+    use super::*;
+    fn bisect(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
+        let fa = f(a);
+        for _ in 0..80 {
+            let m = 0.5 * (a + b);
+            if (f(m) > 0.0) == (fa > 0.0) { a = m } else { b = m }
+        }
+        a
+    }
+    #[test]
+    #[ignore]
+    fn balls() {
+        let text = std::fs::read_to_string("../../validation/sphere-drag/case.toml").unwrap();
+        let case = Case::parse("c.toml", &text).unwrap();
+        let sets: Vec<(f64, f64, DVec3)> = [0.02, 0.05, 0.1, 0.2, 0.3]
+            .iter()
+            .flat_map(|nu| {
+                [
+                    (8.0, *nu, DVec3::new(0.2, 0.4, 0.1)),
+                    (8.0, *nu, DVec3::new(0.5, 0.0, 0.7)),
+                    (5.0, *nu, DVec3::new(0.2, 0.4, 0.1)),
+                ]
+            })
+            .collect();
+        let out: Vec<String> = sets
+            .par_iter()
+            .map(|&(d, nu, off)| {
+                let mut case = case.clone();
+                let cell = lattice(&mut case).cell_size;
+                let edge = 4.0 * d * cell;
+                case.domain.max = case.domain.min + edge;
+                let mu = case.material.curve.plastic_viscosity();
+                let place = case.domain.min + 0.5 * edge + off * cell;
+                let form = Form::Sphere { diameter: d * cell };
+                let mut flow =
+                    with(case, nu, form, held(Coupling::Slender), place, DQuat::IDENTITY, DVec3::ZERO);
+                flow.steps((0.5 * STEADY * (edge / cell).powi(2) / nu) as u64).unwrap();
+                let drag = flow.simulation.snapshot().inclusions.drag[0].x;
+                let u = mean(&flow).x;
+                let r = bisect(
+                    |r| {
+                        let c = 4.0 * PI / 3.0 * (r * cell / edge).powi(3);
+                        6.0 * PI * mu * r * cell * u / (1.0 - 1.7601 * c.cbrt() + c - 1.5593 * c * c) - drag
+                    },
+                    0.3 * d,
+                    0.9 * d,
+                );
+                format!("d {d} nu {nu} off {off}: R {r:.4} excess {:.4}", r - 0.5 * d)
+            })
+            .collect();
+        for line in out {
+            println!("{line}");
+        }
+    }
+    #[test]
+    #[ignore]
+    fn lines() {
+        let text = std::fs::read_to_string("../../validation/cylinder-drag/case.toml").unwrap();
+        let case = Case::parse("c.toml", &text).unwrap();
+        let offs = [
+            DVec3::new(0.3, 0.0, 0.0),
+            DVec3::new(0.0, 0.0, 0.0),
+            DVec3::new(0.5, 0.5, 0.0),
+            DVec3::new(0.25, 0.4, 0.0),
+        ];
+        let mut sets: Vec<(f64, f64, f64, DVec3)> = vec![];
+        for nu in [0.005, 0.02, 0.05, 0.1, 0.2] {
+            for off in offs {
+                sets.push((32.0, 0.3, nu, off));
+            }
+            sets.push((32.0, 1.5, nu, offs[0]));
+            sets.push((48.0, 0.3, nu, offs[0]));
+        }
+        let out: Vec<String> = sets
+            .par_iter()
+            .map(|&(l, d, nu, off)| {
+                let mut case = case.clone();
+                let cell = lattice(&mut case).cell_size;
+                case.domain.max = case.domain.min + DVec3::new(l, l, 1.0) * cell;
+                case.domain.sides = [tremie_case::Side::Periodic; 6];
+                let mu = case.material.curve.plastic_viscosity();
+                let place = case.domain.min + DVec3::new(0.5 * l, 0.5 * l, 0.5) * cell + off * cell;
+                let form = Form::Fibre { length: cell, diameter: d * cell };
+                let mut flow =
+                    with(case, nu, form, held(Coupling::Slender), place, DQuat::IDENTITY, DVec3::ZERO);
+                flow.steps((0.5 * STEADY * l.powi(2) / nu) as u64).unwrap();
+                let drag = flow.simulation.snapshot().inclusions.drag[0].x / cell;
+                let u = mean(&flow).x;
+                // Hasimoto 1959; Sangani and Acrivos 1982: square array
+                let r = bisect(
+                    |r| {
+                        let c = PI * (r / l).powi(2);
+                        4.0 * PI * mu * u / (-0.5 * c.ln() - 0.738 + c - 0.887 * c * c + 2.038 * c.powi(3))
+                            - drag
+                    },
+                    0.01,
+                    0.4 * l,
+                );
+                format!("L {l} d {d} nu {nu} off {off}: r {r:.4}; R {:.4}", 1.15 * r / (0.5 * d))
+            })
+            .collect();
+        for line in out {
+            println!("{line}");
+        }
+    }
+}
