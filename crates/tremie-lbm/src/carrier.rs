@@ -3,20 +3,23 @@
 //! The velocity around a point is that of the step before: inclusions move with a fluid that is a step old, which changes nothing once the flow is
 //! steady, and saves to read all populations twice.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 use tremie_numerics::DVec3;
 use tremie_suspension::{Carrier, Periods, Seen, Wall, Walls};
 
-use crate::delta::{Around, first};
+use crate::delta::Around;
 use crate::grid::Grid;
 use crate::lanes::LANES;
 use crate::lattice::{C, Q};
 use crate::processor::for_this_processor;
-use crate::real::{Real, by_axis};
+use crate::real::Real;
 use crate::scaling::Scaling;
 use crate::solids::Solids;
+use crate::spread::Windows;
 use crate::topology::{Boundary, EDGE, ROWS, Topology};
-use crate::window::{Asked, Span, Window, within};
+use crate::window::{Asked, Window};
 
 /// Share of fluid below which a point counts as being in air.
 const LEAST: f64 = 1e-3;
@@ -171,15 +174,14 @@ impl<T: Real> Grid<T> {
             rest = others;
             own
         };
-        let of_windows = sorted.windows.iter().zip(windows.iter().cycle());
-        let tasks: Vec<_> = of_windows
-            .map(|((place, range), windows)| {
-                (windows.spans(*place), &sorted.order[range.clone()], own(range.len()))
-            })
-            .collect();
-        tasks.into_par_iter().for_each_init(Window::new, |window, (spans, order, sums)| {
-            see_points(grid, spans, order, points, window, sums);
-        });
+        if let Some(windows) = windows {
+            let pencils = sorted.windows.chunk_by(|a, b| windows.pencil(a.0) == windows.pencil(b.0));
+            let number = |pencil: &[(usize, Range<usize>)]| pencil.iter().map(|window| window.1.len()).sum();
+            let tasks: Vec<_> = pencils.map(|pencil| (pencil, own(number(pencil)))).collect();
+            tasks.into_par_iter().for_each_init(Window::new, |window, (pencil, sums)| {
+                see_points(grid, windows, pencil, points, window, sums)
+            });
+        }
         (points.par_iter(), seen.par_iter_mut(), sorted.rank.par_iter())
             .into_par_iter()
             .with_min_len(CHUNK)
@@ -234,11 +236,11 @@ impl<T: Real> Grid<T> {
 }
 
 for_this_processor! {
-    /// Sums of what is seen around the points of a window, in its order.
+    /// Sums of what is seen around the points of a pencil, in its order.
     see_points = see_points_here<T: Real>(
         grid: &Grid<T>,
-        spans: [&Span; 3],
-        order: &[u32],
+        windows: &Windows,
+        pencil: &[(usize, Range<usize>)],
         points: &[DVec3],
         window: &mut Window<T>,
         sums: &mut [[T; 4]]
@@ -248,20 +250,20 @@ for_this_processor! {
 #[inline(always)]
 fn see_points_here<T: Real>(
     grid: &Grid<T>,
-    spans: [&Span; 3],
-    order: &[u32],
+    windows: &Windows,
+    pencil: &[(usize, Range<usize>)],
     points: &[DVec3],
     window: &mut Window<T>,
     sums: &mut [[T; 4]],
 ) {
-    let mut asked = Asked::NOTHING;
-    for n in order {
-        asked.add(within(by_axis(|a| first(&grid.topology, a, points[*n as usize][a]).0)));
-    }
-    window.look(grid, spans, &asked);
+    let mut sums = sums.iter_mut();
     let least = T::from_f64(64.0 * LEAST);
-    for (n, to) in order.iter().zip(sums) {
-        let sum = window.sum(&Around::new(&grid.topology, points[*n as usize]));
-        *to = if sum[3] < least { [T::ZERO; 4] } else { sum };
+    for (place, range) in pencil {
+        let order = &grid.immersed.sorted.order[range.clone()];
+        window.look(grid, windows.spans(*place), &Asked::by(&grid.topology, points, order));
+        for (n, to) in order.iter().zip(&mut sums) {
+            let sum = window.sum(&Around::new(&grid.topology, points[*n as usize]));
+            *to = if sum[3] < least { [T::ZERO; 4] } else { sum };
+        }
     }
 }

@@ -23,6 +23,7 @@ use crate::real::Real;
 use crate::rows::Rows;
 use crate::scaling::{Limits, Scaling};
 use crate::solids::Solids;
+use crate::spread::order_of_axes;
 use crate::standing::Braking;
 use crate::stream::Findings;
 use crate::structure::STRUCTURE;
@@ -208,7 +209,8 @@ impl<T: Real> LatticeBoltzmann<T> {
     fn carry_bodies(&mut self) {
         let Some(suspension) = &mut self.suspension else { return };
         if self.steps.is_multiple_of(SORT) {
-            suspension.inclusions.sort(EDGE as f64 * self.scaling.cell_size);
+            let axes = order_of_axes(&self.grid.topology);
+            suspension.inclusions.sort(EDGE as f64 * self.scaling.cell_size, axes);
         }
         self.grid.look();
         let mut lattice = Lattice {

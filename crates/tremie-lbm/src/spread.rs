@@ -16,7 +16,7 @@ use crate::immersed::Pushed;
 use crate::processor::for_this_processor;
 use crate::real::{Real, by_axis};
 use crate::topology::{OUTSIDE, Topology};
-use crate::window::{Asked, Span, Window, within};
+use crate::window::{Asked, Span, Window};
 
 /// The windows of a domain, in pencils: along the second longest axis, beside each other along the longest, in layers along the shortest.
 #[derive(Debug, Clone)]
@@ -36,9 +36,7 @@ pub(crate) struct Windows {
 
 impl Windows {
     fn new(topology: &Topology) -> Self {
-        let mut axes = [0, 1, 2];
-        axes.sort_by_key(|a| std::cmp::Reverse(topology.blocks[*a]));
-        let [across, along, layers] = axes;
+        let [layers, across, along] = order_of_axes(topology);
         let spans =
             [0, 1, 2].map(|a| (0..topology.blocks[a] + 2).map(|n| Span::new(topology, a, n)).collect());
         let mut windows = Self {
@@ -86,7 +84,7 @@ impl Windows {
     }
 
     /// The pencil of a window.
-    fn pencil(&self, place: usize) -> usize {
+    pub(crate) fn pencil(&self, place: usize) -> usize {
         place / self.spans[self.along].len()
     }
 
@@ -101,6 +99,14 @@ impl Windows {
         near[self.along] = &self.line;
         near
     }
+}
+
+/// The axes in the order in which windows are taken, the outermost first.
+pub(crate) fn order_of_axes(topology: &Topology) -> [usize; 3] {
+    let mut axes = [0, 1, 2];
+    axes.sort_by_key(|a| std::cmp::Reverse(topology.blocks[*a]));
+    let [across, along, layers] = axes;
+    [layers, across, along]
 }
 
 /// Points in the order of their windows.
@@ -232,27 +238,26 @@ fn spread_points_here<T: Real>(
 ) {
     let (seen, sums) = (&grid.immersed.seen, &grid.immersed.sums);
     for (place, range) in task.windows {
-        window.clear();
-        let mut asked = Asked::NOTHING;
-        for (n, sum) in order[range.clone()].iter().zip(&sums[range.clone()]) {
-            let force = forces[*n as usize];
-            if sum[3] == T::ZERO || force == DVec3::ZERO {
-                continue;
-            }
-            let force = force / sum[3].to_f64();
-            let around = Around::<T>::new(&grid.topology, points[*n as usize]);
-            asked.add(within(around.first));
-            window.add(&around, [force.x, force.y, force.z, 0.0].map(T::from_f64));
-        }
-        let spans = windows.spans(*place);
-        let near = task.near;
+        let (points_here, sums) = (&order[range.clone()], &sums[range.clone()]);
+        let (spans, near) = (windows.spans(*place), task.near);
         // Where each block of the window is among those in reach.
-        let place = |a: usize, which: usize| {
-            let block = spans[a].blocks[which];
-            near[a].iter().position(|near| *near == block).unwrap_or(0)
+        let place = |[x, y, z]: [usize; 3]| {
+            let among = |a: usize, which: usize| {
+                let block = spans[a].blocks[which];
+                near[a].iter().position(|near| *near == block).unwrap_or(0)
+            };
+            among(0, x) + near[0].len() * (among(1, y) + near[1].len() * among(2, z))
         };
-        window.give(spans, &asked, seen, &mut task.pushed, |[x, y, z]| {
-            place(0, x) + near[0].len() * (place(1, y) + near[1].len() * place(2, z))
-        });
+        window.clear();
+        for (n, sum) in points_here.iter().map(|n| *n as usize).zip(sums) {
+            let force = forces[n];
+            if sum[3] != T::ZERO && force != DVec3::ZERO {
+                let force = force / sum[3].to_f64();
+                let around = Around::<T>::new(&grid.topology, points[n]);
+                window.add(&around, [force.x, force.y, force.z, 0.0].map(T::from_f64));
+            }
+        }
+        let asked = Asked::by(&grid.topology, points, points_here);
+        window.give(spans, &asked, seen, &mut task.pushed, place);
     }
 }

@@ -4,17 +4,16 @@
 //! its points, with what mirrors and periodic sides show of it; and the forces of its points are summed in it before they go to the blocks. So what one point sees or
 //! pushes are sixteen runs of four cells at known places.
 
-use crate::delta::{Around, beyond, mirrored};
+use tremie_numerics::DVec3;
+
+use crate::delta::{Around, beyond, first, mirrored};
 use crate::grid::Grid;
 use crate::immersed::{Field, Pushed};
-use crate::real::{Four, Real};
+use crate::real::{Four, Real, by_axis};
 use crate::topology::{EDGE, Topology};
 
 /// Edge of a window in cells.
 const SPAN: usize = EDGE + 3;
-
-/// Numbers of a run of four cells.
-const RUN: usize = 16;
 
 /// Where the cells of a window lie along one axis.
 #[derive(Debug, Clone, Default)]
@@ -61,165 +60,186 @@ impl Span {
 pub(crate) struct Asked([[usize; 2]; 3]);
 
 impl Asked {
-    pub(crate) const NOTHING: Self = Self([[SPAN, 0]; 3]);
-
-    /// Asks for the four cells from `first` on, too.
+    /// What some of the points ask for, in cells from the domain's lower corner.
     #[inline(always)]
-    pub(crate) fn add(&mut self, first: [usize; 3]) {
-        for (asked, first) in self.0.iter_mut().zip(first) {
-            *asked = [asked[0].min(first), asked[1].max(first + 4)];
+    pub(crate) fn by(topology: &Topology, points: &[DVec3], some: &[u32]) -> Self {
+        let mut asked = [[SPAN, 0]; 3];
+        for n in some {
+            let at = within(by_axis(|a| first(topology, a, points[*n as usize][a]).0));
+            for (asked, first) in asked.iter_mut().zip(at) {
+                *asked = [asked[0].min(first), asked[1].max(first + 4)];
+            }
         }
+        Self(asked)
     }
 }
 
 /// Place in its window of a first cell.
 #[inline(always)]
-pub(crate) fn within(first: [i64; 3]) -> [usize; 3] {
+fn within(first: [i64; 3]) -> [usize; 3] {
     [first[0] as usize % EDGE, first[1] as usize % EDGE, first[2] as usize % EDGE]
+}
+
+/// Cells that lie beside each other both in a window and in a block.
+#[derive(Debug, Clone, Copy)]
+struct Run {
+    /// The first in the window.
+    cell: usize,
+    number: usize,
+    /// Which of the blocks of the spans.
+    block: [usize; 3],
+    /// The row in the block, and the first cell in it.
+    row: usize,
+    first: usize,
+    /// The mirrors they are seen in, as bits.
+    mirrors: u8,
 }
 
 /// The cells of a window, four numbers each.
 #[derive(Debug, Clone)]
-pub(crate) struct Window<T>(Vec<T>);
+pub(crate) struct Window<T> {
+    cells: Vec<[T; 4]>,
+    /// Where those that are asked for lie.
+    runs: Vec<Run>,
+}
 
 impl<T: Real> Window<T> {
     pub(crate) fn new() -> Self {
-        Self(vec![T::ZERO; 4 * SPAN * SPAN * SPAN])
+        Self { cells: vec![[T::ZERO; 4]; SPAN * SPAN * SPAN], runs: Vec::new() }
     }
 
-    /// Zeroes all.
-    pub(crate) fn clear(&mut self) {
-        self.0.fill(T::ZERO);
-    }
-
-    /// Copies what is seen of the cells that are asked for, `spans` saying where they are.
-    #[inline(always)]
-    pub(crate) fn look(&mut self, grid: &Grid<T>, spans: [&Span; 3], asked: &Asked) {
-        let blocks = spans.map(|span| span.blocks.as_slice());
-        let seen = |which: [usize; 3]| {
-            let block = [0, 1, 2].map(|a| blocks[a][which[a]]);
-            grid.immersed.seen[grid.slot_of_block(block) as usize].as_deref()
-        };
-        each_run(spans, asked, |to, count, which, row, from, mirrors| {
-            let Some(to) = self.0.get_mut(4 * to..4 * (to + count)) else { return };
-            let cells = seen(which).and_then(|seen| seen.row(row).get(from..from + count));
-            match (cells, mirrors) {
-                (Some(cells), 0) => to.copy_from_slice(cells.as_flattened()),
-                (Some(cells), _) => {
-                    for (to, cell) in to.chunks_exact_mut(4).zip(cells) {
-                        to.copy_from_slice(&mirrored(*cell, mirrors));
-                    }
+    /// Finds where the cells lie that are asked for, `spans` saying where the window is, and zeroes those that lie nowhere.
+    fn find(&mut self, [x, y, z]: [&Span; 3], asked: &Asked) {
+        self.runs.clear();
+        for k in asked.0[2][0]..asked.0[2][1].min(SPAN) {
+            for j in asked.0[1][0]..asked.0[1][1].min(SPAN) {
+                let from = SPAN * (j + SPAN * k);
+                let (Some((bz, atz, flipz)), Some((by, aty, flipy))) = (z.cells[k], y.cells[j]) else {
+                    self.cells[from..from + SPAN].fill([T::ZERO; 4]);
+                    continue;
+                };
+                for (n, _) in x.cells.iter().enumerate().filter(|(_, cell)| cell.is_none()) {
+                    self.cells[from + n] = [T::ZERO; 4];
                 }
-                (None, _) => to.fill(T::ZERO),
-            }
-        });
-        // Beyond sides that nothing is seen through.
-        if spans.iter().any(|span| span.cells.contains(&None)) {
-            for n in 0..SPAN * SPAN * SPAN {
-                let at = [n % SPAN, n / SPAN % SPAN, n / SPAN / SPAN];
-                if (0..3).any(|a| spans[a].cells[at[a]].is_none()) {
-                    self.0[4 * n..4 * (n + 1)].fill(T::ZERO);
+                for &(first, number) in &x.runs {
+                    let Some((bx, atx, flipx)) = x.cells[first] else { continue };
+                    let mirrors = u8::from(flipx) | u8::from(flipy) << 1 | u8::from(flipz) << 2;
+                    let (cell, block, row) = (from + first, [bx, by, bz], aty + EDGE * atz);
+                    self.runs.push(Run { cell, number, block, row, first: atx, mirrors });
                 }
             }
         }
+    }
+
+    /// Copies what is seen of the cells that are asked for.
+    #[inline(always)]
+    pub(crate) fn look(&mut self, grid: &Grid<T>, spans: [&Span; 3], asked: &Asked) {
+        self.find(spans, asked);
+        for run in &self.runs {
+            let to = &mut self.cells[run.cell..run.cell + run.number];
+            let Some(seen) = &grid.immersed.seen[slot(grid, spans, run)] else {
+                to.fill([T::ZERO; 4]);
+                continue;
+            };
+            for (to, cell) in to.iter_mut().zip(&seen.row(run.row)[run.first..run.first + run.number]) {
+                T::Four::read(cell).write(to);
+            }
+            if run.mirrors != 0 {
+                to.iter_mut().for_each(|cell| *cell = mirrored(*cell, run.mirrors));
+            }
+        }
+    }
+
+    /// Zeroes the cells.
+    pub(crate) fn clear(&mut self) {
+        self.cells.fill([T::ZERO; 4]);
     }
 
     /// Adds the forces on the cells that were asked for, times the share of each that is fluid as `seen`, to those on the blocks: `place` says where among
     /// `pushed`, slots and the forces on them, a block is.
     #[inline(always)]
     pub(crate) fn give(
-        &self,
+        &mut self,
         spans: [&Span; 3],
         asked: &Asked,
         seen: &Field<T>,
         pushed: &mut [Pushed<T>],
         place: impl Fn([usize; 3]) -> usize,
     ) {
-        let own = self.0.as_chunks::<4>().0;
-        each_run(spans, asked, |from, count, which, row, to, mirrors| {
-            let Some((slot, Some(push))) = pushed.get_mut(place(which)) else { return };
-            let Some(seen) = &seen[*slot] else { return };
-            let cells = own[from..from + count].iter().zip(&seen.row(row)[to..to + count]);
-            for ((own, seen), push) in cells.zip(&mut push.row_mut(row)[to..to + count]) {
-                let own = if mirrors == 0 { *own } else { mirrored(*own, mirrors) };
-                (T::Four::read(push) + T::Four::read(&own) * T::Four::splat(seen[3])).write(push);
+        self.find(spans, asked);
+        for run in &self.runs {
+            let Some((slot, Some(push))) = pushed.get_mut(place(run.block)) else { continue };
+            let Some(seen) = &seen[*slot] else { continue };
+            let own = &mut self.cells[run.cell..run.cell + run.number];
+            if run.mirrors != 0 {
+                own.iter_mut().for_each(|cell| *cell = mirrored(*cell, run.mirrors));
             }
-        });
-    }
-
-    /// The run of four cells from a place on, so many rows on.
-    #[inline(always)]
-    fn run([i, j, k]: [usize; 3], m: usize, n: usize) -> usize {
-        4 * (i + SPAN * (j + m + SPAN * (k + n)))
+            let cells = run.first..run.first + run.number;
+            let cells =
+                own.iter().zip(&seen.row(run.row)[cells.clone()]).zip(&mut push.row_mut(run.row)[cells]);
+            for ((own, seen), push) in cells {
+                (T::Four::read(push) + T::Four::read(own) * T::Four::splat(seen[3])).write(push);
+            }
+        }
     }
 
     /// Sum of the cells around a point by their weights.
     #[inline(always)]
     pub(crate) fn sum(&self, around: &Around<T>) -> [T; 4] {
         let at = within(around.first);
-        let mut sum = [T::ZERO; RUN];
+        let mut sum = [T::Four::splat(T::ZERO); 4];
         for n in 0..4 {
             for m in 0..4 {
-                let weight = around.weight[1][m] * around.weight[2][n];
-                let cells = self.0.get(Self::run(at, m, n)..).and_then(|cells| cells.first_chunk::<RUN>());
-                let Some(cells) = cells else { continue };
-                for l in 0..RUN {
-                    sum[l] += weight * cells[l];
+                let weight = T::Four::splat(around.weight[1][m] * around.weight[2][n]);
+                let Some(cells) = self.cells.get(four(at, m, n)..).and_then(|cells| cells.first_chunk::<4>())
+                else {
+                    continue;
+                };
+                for k in 0..4 {
+                    sum[k] = sum[k] + weight * T::Four::read(&cells[k]);
                 }
             }
         }
-        let w = &around.weight[0];
-        let of = |c: usize| (w[0] * sum[c] + w[1] * sum[4 + c]) + (w[2] * sum[8 + c] + w[3] * sum[12 + c]);
-        [of(0), of(1), of(2), of(3)]
+        let along = |k: usize| T::Four::splat(around.weight[0][k]) * sum[k];
+        let mut all = [T::ZERO; 4];
+        ((along(0) + along(1)) + (along(2) + along(3))).write(&mut all);
+        all
     }
 
     /// Adds a vector to the cells around a point by their weights.
     #[inline(always)]
     pub(crate) fn add(&mut self, around: &Around<T>, vector: [T; 4]) {
         let at = within(around.first);
-        let mut along = [T::ZERO; RUN];
-        for l in 0..RUN {
-            along[l] = around.weight[0][l / 4] * vector[l % 4];
-        }
+        let vector = T::Four::read(&vector);
+        let along = around.weight[0].map(|weight| T::Four::splat(weight) * vector);
         for n in 0..4 {
             for m in 0..4 {
-                let weight = around.weight[1][m] * around.weight[2][n];
+                let weight = T::Four::splat(around.weight[1][m] * around.weight[2][n]);
                 let cells =
-                    self.0.get_mut(Self::run(at, m, n)..).and_then(|cells| cells.first_chunk_mut::<RUN>());
+                    self.cells.get_mut(four(at, m, n)..).and_then(|cells| cells.first_chunk_mut::<4>());
                 let Some(cells) = cells else { continue };
-                for l in 0..RUN {
-                    cells[l] += weight * along[l];
+                for k in 0..4 {
+                    (T::Four::read(&cells[k]) + weight * along[k]).write(&mut cells[k]);
                 }
             }
         }
     }
 }
 
-/// Goes through the cells that are asked for, as far as there are any, run by run: the first of it in the window, how many, which blocks, the row and the first in
-/// it, and the mirrors they are seen in.
+/// The slot that a run lies in.
 #[inline(always)]
-fn each_run(
-    [x, y, z]: [&Span; 3],
-    asked: &Asked,
-    mut run: impl FnMut(usize, usize, [usize; 3], usize, usize, u8),
-) {
-    for k in asked.0[2][0]..asked.0[2][1].min(SPAN) {
-        let Some((bz, atz, flipz)) = z.cells[k] else { continue };
-        for j in asked.0[1][0]..asked.0[1][1].min(SPAN) {
-            let Some((by, aty, flipy)) = y.cells[j] else { continue };
-            for &(first, count) in &x.runs {
-                let Some((bx, from, flipx)) = x.cells[first] else { continue };
-                let mirrors = u8::from(flipx) | u8::from(flipy) << 1 | u8::from(flipz) << 2;
-                run(first + SPAN * (j + SPAN * k), count, [bx, by, bz], aty + EDGE * atz, from, mirrors);
-            }
-        }
-    }
+fn slot<T: Real>(grid: &Grid<T>, spans: [&Span; 3], run: &Run) -> usize {
+    grid.slot_of_block(by_axis(|a| spans[a].blocks[run.block[a]])) as usize
+}
+
+/// The first of four cells, so many rows on from the first around a point.
+#[inline(always)]
+fn four([i, j, k]: [usize; 3], m: usize, n: usize) -> usize {
+    i + SPAN * (j + m + SPAN * (k + n))
 }
 
 #[cfg(test)]
 mod tests {
-    use tremie_numerics::DVec3;
-
     use super::*;
     use crate::topology::Boundary;
 
@@ -251,7 +271,7 @@ mod tests {
         let topology = Topology::new([16; 3], [[Boundary::Periodic; 2]; 3]);
         let value = |n: usize| ((n * 7919) % 101) as f64 - 50.0;
         let mut window = Window::<f64>::new();
-        for (n, cell) in window.0.iter_mut().enumerate() {
+        for (n, cell) in window.cells.as_flattened_mut().iter_mut().enumerate() {
             *cell = value(n);
         }
         let around = Around::<f64>::new(&topology, DVec3::new(5.3, 8.9, 6.05));
@@ -265,11 +285,11 @@ mod tests {
             let weight: f64 = (0..3).map(|a| around.weight[a][off[a]]).product();
             for c in 0..4 {
                 exact[c] += weight * value(cell + c);
-                assert!((pushed.0[cell + c] - weight * (c + 1) as f64).abs() < 1e-12);
+                assert!((pushed.cells.as_flattened()[cell + c] - weight * (c + 1) as f64).abs() < 1e-12);
             }
         }
         let sum = window.sum(&around);
         assert!((0..4).all(|c| (sum[c] - exact[c]).abs() < 1e-9), "{sum:?} {exact:?}");
-        assert!((pushed.0.iter().sum::<f64>() - 640.0).abs() < 1e-9);
+        assert!((pushed.cells.as_flattened().iter().sum::<f64>() - 640.0).abs() < 1e-9);
     }
 }

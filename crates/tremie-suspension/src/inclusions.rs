@@ -115,11 +115,12 @@ impl Inclusions {
         fits.then_some(())
     }
 
-    /// Puts bodies that lie in one cube of the edge `edge` in m beside each other in memory: what they ask of the fluid then is near too.
-    pub fn sort(&mut self, edge: f64) {
+    /// Puts bodies that lie in one cube of the edge `edge` in m beside each other in memory: what they ask of the fluid then is near too. Cubes follow each
+    /// other along the last of the axes first.
+    pub fn sort(&mut self, edge: f64, axes: [usize; 3]) {
         let cube = |n: &usize| {
-            let [x, y, z] = (self.position[*n] / edge).floor().to_array().map(|x| x as i64);
-            (z, y, x, self.id[*n])
+            let cube = (self.position[*n] / edge).floor().to_array().map(|x| x as i64);
+            (axes.map(|a| cube[a]), self.id[*n])
         };
         let mut order: Vec<usize> = (0..self.len()).collect();
         order.sort_by_cached_key(cube);

@@ -90,7 +90,9 @@ impl Neighbours {
         let furthest =
             (0..outlines.len()).map(&ways).map(|(way, turn)| way.length() + turn).fold(0.0, f64::max);
         let widest = range + 2.0 * furthest + spare.end();
-        self.regions = Regions::new(outlines, periods, widest + 2.0 * halo);
+        // The list will hardly last longer than this.
+        let allowed = (LASTS * furthest).max(*spare.end());
+        self.regions = Regions::new(outlines, periods, widest + 2.0 * halo, allowed);
         let way = self.regions.against_each_other(ways);
         self.range = range + way;
         self.skin = self.range + (LASTS * way).clamp(*spare.start(), *spare.end());

@@ -49,14 +49,14 @@ impl Bounds {
 }
 
 impl Regions {
-    /// For bodies that meet when their surfaces are nearer than `skin` in m.
-    pub(crate) fn new(outlines: &[Outline], periods: &Periods, skin: f64) -> Self {
+    /// For bodies that meet when their surfaces are nearer than `skin`, and that may move by `allowed` at least until regions must be made anew, both in m.
+    pub(crate) fn new(outlines: &[Outline], periods: &Periods, skin: f64, allowed: f64) -> Self {
         let reach = outlines.iter().map(Outline::reach).fold(0.0, f64::max);
         let low = outlines.iter().fold(DVec3::INFINITY, |low, outline| low.min(outline.centre));
         let high = outlines.iter().fold(DVec3::NEG_INFINITY, |high, outline| high.max(outline.centre));
         let extent = [0, 1, 2].map(|a| periods.0[a].unwrap_or(high[a] - low[a]).max(0.0));
         // Both move as far as is allowed.
-        let mut allowed = reach;
+        let mut allowed = allowed;
         let count = |size: f64, a: usize| match periods.0[a] {
             Some(period) => (period / size).floor().max(1.0),
             // Bodies of a run that breaks down may be anywhere.
@@ -146,7 +146,7 @@ mod tests {
         for lost in [f64::INFINITY, f64::NEG_INFINITY, f64::NAN] {
             let mut outlines = balls(10, 1.0);
             outlines[3].centre = DVec3::new(0.1, lost, 0.2);
-            let regions = Regions::new(&outlines, &Periods::default(), 0.004);
+            let regions = Regions::new(&outlines, &Periods::default(), 0.004, 0.005);
             assert_eq!(regions.bodies.len(), 10);
         }
     }
@@ -155,7 +155,7 @@ mod tests {
     fn no_two_bodies_that_may_meet_move_faster_against_each_other_than_said() {
         for periods in [Periods::default(), Periods([Some(1.0), None, Some(1.0)])] {
             let outlines = balls(3000, 1.0);
-            let regions = Regions::new(&outlines, &periods, 0.004);
+            let regions = Regions::new(&outlines, &periods, 0.004, 0.005);
             let flow = |n: usize| {
                 let at = outlines[n].centre;
                 (DVec3::new((9.0 * at.z).sin(), 0.3 * at.x * at.y, 5.0), 0.02 * at.y)
