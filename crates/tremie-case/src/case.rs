@@ -87,9 +87,9 @@ pub struct Domain {
 }
 
 impl Domain {
-    /// Whether a point in m lies in it, or no further than `touch` in m from it along each axis.
-    pub fn holds(&self, at: DVec3, touch: f64) -> bool {
-        at.cmpge(self.min - touch).all() && at.cmple(self.max + touch).all()
+    /// Whether a point in m lies in it.
+    pub fn holds(&self, at: DVec3) -> bool {
+        at.cmpge(self.min).all() && at.cmple(self.max).all()
     }
 
     /// Number of cells along each axis for cells of edge `cell_size` in m.

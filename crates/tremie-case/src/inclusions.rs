@@ -602,7 +602,7 @@ struct Mouth<'a> {
     face: Face,
     /// What it is in, if it stays where it is.
     case: Option<&'a Case>,
-    /// Way in m by which its points may lie out of the domain.
+    /// Way in m by which it may lie out of the domain, behind the side that it looks away from.
     touch: f64,
 }
 
@@ -637,7 +637,7 @@ impl Walls for Mouth<'_> {
 impl Opening for Mouth<'_> {
     fn point(&self, numbers: [f64; 2]) -> Option<DVec3> {
         let at = self.face.point(numbers)?;
-        self.case.is_none_or(|case| case.domain.holds(at, self.touch)).then_some(at)
+        self.case.is_none_or(|case| case.domain.holds(at + self.touch * self.face.direction)).then_some(at)
     }
 
     fn direction(&self) -> DVec3 {

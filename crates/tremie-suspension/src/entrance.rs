@@ -1,8 +1,8 @@
 //! Bodies that come in through an opening, one by one.
 //!
 //! Each is drawn a place in the opening, uniform over it, and then a direction, anew until it lies between the walls: near the rim fibres lie along
-//! it, as they do beside walls at the start ([`AtWalls::Turned`](crate::AtWalls)). It is put as far in front of the opening as it reaches back. What
-//! is drawn depends on nothing but the numbers that stand for the draw.
+//! it, as they do beside walls at the start ([`AtWalls::Turned`](crate::AtWalls)). It is put as far in front of the opening as it reaches back, and
+//! a sphere as much further as a film would hold it that fluid cannot flow into: here it comes from where the film would be. What is drawn depends on nothing but the numbers that stand for the draw.
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -10,7 +10,7 @@ use tremie_numerics::{DQuat, DVec3};
 
 use crate::distance::{Outline, gap};
 use crate::near_wall::near_walls;
-use crate::{Direction, Form, Inclusions, Periods, Walls};
+use crate::{Direction, Film, Form, Inclusions, Periods, Walls};
 
 /// Draws of a place in the opening, and of a direction in which the body lies between the walls there.
 const DRAWS: u32 = 10_000;
@@ -64,6 +64,7 @@ fn draw(
     form: &Form,
     direction: Direction,
     opening: &impl Opening,
+    film: Film,
     random: &mut Pcg64Mcg,
 ) -> Option<(DVec3, DQuat)> {
     let at = (0..DRAWS).find_map(|_| opening.point([random.random(), random.random()]))?;
@@ -72,10 +73,15 @@ fn draw(
     for _ in 0..DRAWS {
         let orientation = direction.draw(random);
         let mut outline = Outline::new(form, at, orientation);
-        outline.centre += (outline.extent(normal) + CLEAR * outline.thickness) * normal;
-        near_walls(&outline, opening, 0.0, &mut touches);
-        if touches.is_empty() {
-            return Some((outline.centre, orientation));
+        let space = if outline.is_sphere() { film.width() } else { 0.0 };
+        outline.centre += (outline.extent(normal) + space + CLEAR * outline.thickness) * normal;
+        // Most that do not fit have an end in a wall, which is soon seen.
+        let ends = [outline.half, -outline.half].map(|end| outline.centre + end);
+        if ends.iter().all(|end| opening.nearest(*end, outline.radius).is_none()) {
+            near_walls(&outline, opening, 0.0, &mut touches);
+            if touches.is_empty() {
+                return Some((outline.centre, orientation));
+            }
         }
         if direction.is_settled_for(form) {
             break;
@@ -86,16 +92,22 @@ fn draw(
 
 /// Whether bodies of a form that lie so can come in through an opening: one of some hundred does.
 pub fn passes(form: &Form, direction: Direction, opening: &impl Opening) -> bool {
-    (0..TRIES).any(|n| draw(form, direction, opening, &mut random([n; 5])).is_some())
+    (0..TRIES).any(|n| draw(form, direction, opening, Film::default(), &mut random([n; 5])).is_some())
 }
 
 impl Inclusions {
     /// Lets a body in if the place that it is drawn lies in fluid, between the walls and free of other bodies, and says whether it has come.
     ///
     /// There is such a kind.
-    pub fn enter(&mut self, entrant: &Entrant, opening: &impl Opening, periods: &Periods) -> bool {
+    pub fn enter(
+        &mut self,
+        entrant: &Entrant,
+        opening: &impl Opening,
+        periods: &Periods,
+        film: Film,
+    ) -> bool {
         let form = &self.kinds[usize::from(entrant.kind)].form;
-        let found = draw(form, entrant.direction, opening, &mut random(entrant.draw));
+        let found = draw(form, entrant.direction, opening, film, &mut random(entrant.draw));
         let Some((centre, orientation)) = found.filter(|(centre, _)| opening.is_wet(*centre)) else {
             return false;
         };
@@ -167,7 +179,7 @@ mod tests {
         let (mut bodies, hole, none) = (bodies(), Hole(0.04), Periods::default());
         let mut came = 0;
         for n in 0..300 {
-            came += usize::from(bodies.enter(&entrant((n % 3) as u16, n), &hole, &none));
+            came += usize::from(bodies.enter(&entrant((n % 3) as u16, n), &hole, &none, Film::default()));
         }
         assert_eq!(came, bodies.len());
         // It fills up: not all come, and all kinds do.
@@ -185,15 +197,19 @@ mod tests {
             }
             assert_eq!((bodies.velocity[n], bodies.batch[n]), (DVec3::Z, 2));
         }
+        // Where there is a film spheres stay out of it.
+        let film = Film { viscosity: 1.0, grain: 0.005 };
+        let ball = draw(&BALL, Direction::Isotropic, &hole, film, &mut random([7; 5])).unwrap();
+        assert!(ball.0.z >= 0.015 + film.width());
         // The same again, and something else by another draw.
         let mut again = self::bodies();
         (0..300).for_each(|n| {
-            again.enter(&entrant((n % 3) as u16, n), &hole, &none);
+            again.enter(&entrant((n % 3) as u16, n), &hole, &none, Film::default());
         });
         assert_eq!(bodies, again);
         again.retain(|_| false);
         assert!(again.is_empty() && again.next == bodies.next);
-        again.enter(&entrant(0, 1000), &hole, &none);
+        again.enter(&entrant(0, 1000), &hole, &none, Film::default());
         assert_eq!(again.id, [bodies.next], "no number is given twice");
     }
 
@@ -203,7 +219,7 @@ mod tests {
         let hole = Hole(0.02);
         let number = 2000;
         let drawn: Vec<(DVec3, DQuat)> = (0..number)
-            .filter_map(|n| draw(&FIBRE, Direction::Isotropic, &hole, &mut random([n; 5])))
+            .filter_map(|n| draw(&FIBRE, Direction::Isotropic, &hole, Film::default(), &mut random([n; 5])))
             .collect();
         // Nearer to the rim than its radius no axis can be.
         let radius = 0.02 - 0.5e-3;
