@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use indicatif::{HumanBytes, HumanCount};
 use serde_json::{Value, json};
-use tremie_case::{Cage, Case, Incoming, InclusionGroup, Layer, MeshFile, Role, Solid};
+use tremie_case::{Cage, Case, InclusionGroup, Incoming, Layer, MeshFile, Role, Solid};
 use tremie_geometry::{Body, Shape};
 use tremie_lbm::Plan;
 use tremie_numerics::DVec3;

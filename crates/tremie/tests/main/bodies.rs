@@ -114,7 +114,9 @@ fn fibres_that_come_in_and_leave_are_counted() {
     let told = done(place, &["export", "run", "--format", "csv"]);
     assert!(told.contains(&format!("fibres.csv written: {present} bodies")), "{told}");
     done(place, &["report", "run"]);
-    assert!(fs::read_to_string(run.join("report.html")).unwrap().contains("How fibres lie in the upper half"));
+    assert!(
+        fs::read_to_string(run.join("report.html")).unwrap().contains("How fibres lie in the upper half")
+    );
 }
 
 #[cfg(unix)]
