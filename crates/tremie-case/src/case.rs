@@ -12,7 +12,7 @@ use tremie_suspension::Inclusions;
 
 use crate::document::Document;
 use crate::fault::{CaseError, Fault, InvalidCase};
-use crate::inclusions::{self, Following, InclusionGroup};
+use crate::inclusions::{self, Following, InclusionGroup, Incoming};
 use crate::schema::SIDE_KEYS;
 use crate::{check, schema};
 
@@ -87,6 +87,11 @@ pub struct Domain {
 }
 
 impl Domain {
+    /// Whether a point in m lies in it.
+    pub fn holds(&self, at: DVec3) -> bool {
+        at.cmpge(self.min).all() && at.cmple(self.max).all()
+    }
+
     /// Number of cells along each axis for cells of edge `cell_size` in m.
     pub fn cells(&self, cell_size: f64) -> [usize; 3] {
         ((self.max - self.min) / cell_size).to_array().map(|n| n.round() as usize)
@@ -150,6 +155,8 @@ pub struct Inlet {
     pub batch: Option<String>,
     /// The structure that the fluid has, if another than the material's.
     pub structure: Option<f64>,
+    /// Bodies that come in with it.
+    pub inclusions: Vec<Incoming>,
 }
 
 /// A face that stays above the fill: its lowest point rises with the level around it, and never goes down.
@@ -541,6 +548,17 @@ impl Case {
             }
         }
         batches
+    }
+
+    /// Bodies that come in, kind by kind, each with the number of its inlet.
+    pub fn incoming(&self) -> impl Iterator<Item = (usize, &Incoming)> {
+        let inlets = self.inlets.iter().enumerate();
+        inlets.flat_map(|(n, inlet)| inlet.inclusions.iter().map(move |incoming| (n, incoming)))
+    }
+
+    /// Whether there are bodies in the fluid, at the start or later.
+    pub fn has_bodies(&self) -> bool {
+        !self.groups.is_empty() || self.incoming().next().is_some()
     }
 
     /// The structure of fluid for which `own` is given or nothing; none if the fluid is not thixotropic.

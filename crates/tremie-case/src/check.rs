@@ -186,7 +186,7 @@ fn scheme(lbm: &Lbm, case: &Case, document: &Document<'_>) -> Result<(), Fault> 
     let unknown = [
         ("solids", !case.solids.is_empty()),
         ("cages", !case.cages.is_empty()),
-        ("inclusions", !case.groups.is_empty()),
+        ("inclusions", case.has_bodies()),
         ("inlets", !case.inlets.is_empty()),
         ("outlets and open sides", case.has_outlets()),
         ("batches", !case.batches().is_empty()),

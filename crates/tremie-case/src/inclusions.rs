@@ -2,18 +2,18 @@
 //!
 //! They are placed, or read from a file, when the case is read: so a case is complete, and what does not fit is told at the line that asks for it.
 
-use tremie_geometry::Shape;
+use tremie_geometry::{Face, Shape};
 use tremie_numerics::DVec3;
 use tremie_suspension::{
-    Amount, AtWalls, ContactLaw, Coupling, Direction, Form, Freedom, Inclusions, Kind, Method, Order,
-    Periods, Region, Scheme, place,
+    Amount, AtWalls, ContactLaw, Coupling, Direction, Form, Freedom, Inclusions, Kind, Method, Opening,
+    Order, Periods, Region, Scheme, Wall, Walls, passes, place,
 };
 
-use crate::case::{Case, Side};
+use crate::case::{Case, Inlet, Side};
 use crate::check::tidy;
 use crate::document::{
-    Bound, Choice, Document, List, Maybe, Name, Need, Or, Quantity, Rule, Section, Text, Variants, Vector,
-    WordOr, maybe, need, or,
+    self, Bound, Choice, Document, List, Maybe, Name, Need, Or, Quantity, Rule, Section, Text, Variants,
+    Vector, WordOr, maybe, need, or,
 };
 use crate::fault::Fault;
 use crate::listed::{Listed, Table};
@@ -67,6 +67,30 @@ impl InclusionGroup {
     }
 }
 
+/// Bodies of one form at random that come in with the fluid of an inlet.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Incoming {
+    /// What they are called.
+    pub name: String,
+    /// Their density in kg/m3.
+    pub density: f64,
+    /// Their form.
+    pub form: Form,
+    /// Share that they take of the volume that comes in, of fluid and bodies together.
+    pub share: f64,
+    /// How they lie.
+    pub direction: Direction,
+    /// The same seed gives the same places.
+    pub seed: u64,
+}
+
+impl Incoming {
+    /// How many have to have come in with a volume in m3 of fluid and bodies together.
+    pub fn due(&self, volume: f64) -> u64 {
+        (volume * self.share / self.form.volume()) as u64
+    }
+}
+
 /// How bodies in the fluid are followed.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Following {
@@ -95,29 +119,75 @@ pub struct FibreSection {
     pub max: Option<DVec3>,
 }
 
+const NAME: Need<Name> = need("name", "what they are called in results", Name { example: "fibres" });
+const DENSITY: Need<Quantity> =
+    need("density", "their density", quantity(Dimension::DENSITY, Bound::Positive, "7850 kg/m3"));
+const SHARE: Quantity = quantity(Dimension::NUMBER, Bound::UpTo(0.6), "0.005");
+const DIRECTION: Or<WordOr<Direction>> = or("direction", "\"isotropic\"", "how they lie", DIRECTIONS);
+const SEED: Or<Quantity> = or(
+    "seed",
+    "1",
+    "a whole number; the same gives the same places",
+    quantity(Dimension::NUMBER, Bound::NotNegative, "1"),
+);
+
+/// A number under a key is a whole one.
+fn whole(t: &document::Table<'_>, key: &str, number: f64) -> Result<u64, Fault> {
+    if number.fract() != 0.0 {
+        let value = t.value(key).unwrap_or_else(|| t.itself());
+        return Err(value.fault("must be a whole number", "write one without a fraction"));
+    }
+    Ok(number as u64)
+}
+
+pub(crate) const INCOMING: Section<Incoming> = {
+    const SHARE_OF_INFLOW: Need<Quantity> = need(
+        "volume_fraction",
+        "share that they take of the volume that comes in, of fluid and bodies together",
+        SHARE,
+    );
+    Section {
+        keys: &[&NAME, &FORMS, &DENSITY, &SHARE_OF_INFLOW, &DIRECTION, &SEED],
+        example: &[
+            "name = \"fibres\"",
+            "fibre = { length = \"60 mm\", diameter = \"0.75 mm\" }",
+            "density = \"7850 kg/m3\"",
+            "volume_fraction = 0.005",
+        ],
+        read: |t| {
+            Ok(Incoming {
+                name: t.need(&NAME)?,
+                form: t.one_of(&FORMS)?,
+                density: t.need(&DENSITY)?,
+                share: t.need(&SHARE_OF_INFLOW)?,
+                direction: t.or(&DIRECTION)?,
+                seed: whole(t, "seed", t.or(&SEED)?)?,
+            })
+        },
+    }
+};
+
 pub(crate) const GROUP: Section<InclusionGroup> = {
-    const NAME: Need<Name> = need("name", "what they are called in results", Name { example: "fibres" });
-    const DENSITY: Need<Quantity> =
-        need("density", "their density", quantity(Dimension::DENSITY, Bound::Positive, "7850 kg/m3"));
     const NUMBER: Maybe<Quantity> =
         maybe("number", "how many there are", quantity(Dimension::NUMBER, Bound::UpTo(1e7), "415"));
-    const SHARE: Maybe<Quantity> = maybe(
-        "volume_fraction",
-        "share of the volume that they take",
-        quantity(Dimension::NUMBER, Bound::UpTo(0.6), "0.005"),
-    );
+    const SHARE_OF_FLUID: Maybe<Quantity> =
+        maybe("volume_fraction", "share of the volume that they take", SHARE);
     const AMOUNT: Rule = Rule("oneOf", &["number", "volume_fraction", "csv"]);
     const WITHIN: Maybe<Section<Shape>> =
         maybe("within", "where in the fluid they are; everywhere if this is absent", REGION);
-    const DIRECTION: Or<WordOr<Direction>> = or("direction", "\"isotropic\"", "how they lie", DIRECTIONS);
-    const SEED: Or<Quantity> = or(
-        "seed",
-        "1",
-        "a whole number; the same gives the same places",
-        quantity(Dimension::NUMBER, Bound::NotNegative, "1"),
-    );
     Section {
-        keys: &[&NAME, &FORMS, &DENSITY, &NUMBER, &SHARE, &AMOUNT, &WITHIN, &DIRECTION, &SEED, &BATCH],
+        keys: &[
+            &NAME,
+            &SOURCES,
+            &DENSITY,
+            &NUMBER,
+            &SHARE_OF_FLUID,
+            &AMOUNT,
+            &WITHIN,
+            &DIRECTION,
+            &SEED,
+            &BATCH,
+        ],
         example: &[
             "name = \"fibres\"",
             "fibre = { length = \"60 mm\", diameter = \"0.75 mm\" }",
@@ -126,7 +196,7 @@ pub(crate) const GROUP: Section<InclusionGroup> = {
         ],
         read: |t| {
             let (name, density, batch) = (t.need(&NAME)?, t.need(&DENSITY)?, t.maybe(&BATCH)?);
-            let form = match t.one_of(&FORMS)? {
+            let form = match t.one_of(&SOURCES)? {
                 Source::Form(form) => form,
                 Source::File(table) => {
                     let said = ["number", "volume_fraction", "within", "direction", "seed"];
@@ -138,14 +208,9 @@ pub(crate) const GROUP: Section<InclusionGroup> = {
                     return Ok(InclusionGroup { name, density, bodies, batch });
                 }
             };
-            let (number, seed) = (t.maybe(&NUMBER)?, t.or(&SEED)?);
-            for (key, number) in [("number", number), ("seed", Some(seed))] {
-                if number.is_some_and(|number| number.fract() != 0.0) {
-                    let value = t.value(key).unwrap_or_else(|| t.itself());
-                    return Err(value.fault("must be a whole number", "write one without a fraction"));
-                }
-            }
-            let amount = match (number, t.maybe(&SHARE)?) {
+            let number = t.maybe(&NUMBER)?.map(|number| whole(t, "number", number)).transpose()?;
+            let seed = whole(t, "seed", t.or(&SEED)?)?;
+            let amount = match (number, t.maybe(&SHARE_OF_FLUID)?) {
                 (Some(number), None) => Amount::Number(number as usize),
                 (None, Some(share)) => Amount::Share(share),
                 (None, None) => {
@@ -158,7 +223,7 @@ pub(crate) const GROUP: Section<InclusionGroup> = {
                 }
             };
             let (region, direction) = (t.maybe(&WITHIN)?, t.or(&DIRECTION)?);
-            let bodies = Bodies::Random(Random { form, amount, region, direction, seed: seed as u64 });
+            let bodies = Bodies::Random(Random { form, amount, region, direction, seed });
             Ok(InclusionGroup { name, density, bodies, batch })
         },
     }
@@ -172,12 +237,28 @@ enum Source {
     File(Table),
 }
 
-const FORMS: Variants<Source> = Variants {
+/// A section for a form as one for a source.
+macro_rules! source {
+    ($form:ident) => {
+        Section { keys: $form.keys, example: $form.example, read: |t| Ok(Source::Form(($form.read)(t)?)) }
+    };
+}
+
+const FORMS: Variants<Form> = Variants {
     what: "form",
     sections: &[
         ("sphere", "form: spheres", SPHERE),
         ("ellipsoid", "form: ellipsoids", ELLIPSOID),
         ("fibre", "form: straight fibres", FIBRE),
+    ],
+};
+
+const SOURCES: Variants<Source> = Variants {
+    what: "form",
+    sections: &[
+        ("sphere", "form: spheres", source!(SPHERE)),
+        ("ellipsoid", "form: ellipsoids", source!(ELLIPSOID)),
+        ("fibre", "form: straight fibres", source!(FIBRE)),
         ("csv", "bodies one by one, from a CSV file", CSV),
     ],
 };
@@ -198,27 +279,27 @@ const CSV: Section<Source> = {
     }
 };
 
-const SPHERE: Section<Source> = Section {
+const SPHERE: Section<Form> = Section {
     keys: &[&DIAMETER],
     example: &["diameter = \"16 mm\""],
-    read: |t| Ok(Source::Form(Form::Sphere { diameter: t.need(&DIAMETER)? })),
+    read: |t| Ok(Form::Sphere { diameter: t.need(&DIAMETER)? }),
 };
 
-const ELLIPSOID: Section<Source> = {
+const ELLIPSOID: Section<Form> = {
     const AXES: Need<Vector<3>> = need("axes", "lengths of the three axes", Vector(LENGTH));
     Section {
         keys: &[&AXES],
         example: &["axes = [\"20 mm\", \"16 mm\", \"12 mm\"]"],
-        read: |t| Ok(Source::Form(Form::Ellipsoid { half_axes: 0.5 * DVec3::from(t.need(&AXES)?) })),
+        read: |t| Ok(Form::Ellipsoid { half_axes: 0.5 * DVec3::from(t.need(&AXES)?) }),
     }
 };
 
-const FIBRE: Section<Source> = {
+const FIBRE: Section<Form> = {
     const LONG: Need<Quantity> = need("length", "length", LENGTH);
     Section {
         keys: &[&LONG, &DIAMETER],
         example: &["length = \"60 mm\"", "diameter = \"0.75 mm\""],
-        read: |t| Ok(Source::Form(Form::Fibre { length: t.need(&LONG)?, diameter: t.need(&DIAMETER)? })),
+        read: |t| Ok(Form::Fibre { length: t.need(&LONG)?, diameter: t.need(&DIAMETER)? }),
     }
 };
 
@@ -348,6 +429,7 @@ impl Case {
             Form::Sphere { .. } | Form::Ellipsoid { .. } => None,
         };
         let forms = self.groups.iter().flat_map(InclusionGroup::forms);
+        let forms = forms.chain(self.incoming().map(|(_, incoming)| &incoming.form));
         let longest = forms.filter_map(length).reduce(f64::max)?;
         Some(self.following.region.unwrap_or(longest))
     }
@@ -400,7 +482,7 @@ pub(crate) fn sections(case: &Case, document: &Document<'_>) -> Result<(), Fault
     for (n, section) in sections.iter().enumerate() {
         if case.fibre_region().is_none() {
             let problem = "there are no fibres to count in this section";
-            let advice = "add [[inclusions]] with fibres, or leave it out";
+            let advice = "add [[inclusions]] or [[inlet.inclusions]] with fibres, or leave it out";
             return Err(Fault::new(document.locate(&path(n, "name")), problem, advice));
         }
         if let Some(first) = sections[..n].iter().position(|other| other.name == section.name) {
@@ -458,7 +540,7 @@ pub(crate) fn placed(case: &Case, document: &Document<'_>) -> Result<Inclusions,
     };
     let kinds = case.groups.iter().flat_map(|group| group.forms().iter().map(|form| kind(group, form)));
     let mut bodies = Inclusions { kinds: kinds.collect(), ..Inclusions::default() };
-    if bodies.kinds.len() > usize::from(u16::MAX) {
+    if bodies.kinds.len() + case.incoming().count() > usize::from(u16::MAX) {
         let place = document.locate("inclusions");
         return Err(Fault::new(place, "there are too many kinds of bodies", "write fewer sizes"));
     }
@@ -493,7 +575,78 @@ pub(crate) fn placed(case: &Case, document: &Document<'_>) -> Result<Inclusions,
         }
         first += group.forms().len();
     }
+    for (n, inlet) in case.inlets.iter().enumerate() {
+        for (k, incoming) in inlet.inclusions.iter().enumerate() {
+            let path = format!("inlet.{n}.inclusions.{k}");
+            sizes(&incoming.form, case, &path, document)?;
+            let crate::case::Method::Lbm(lbm) = &case.method;
+            let mouth = Mouth::new(inlet, case, 0.5 * lbm.cell_size);
+            if !passes(&incoming.form, incoming.direction, &mouth) {
+                let problem = "the bodies are too large to come in through the face of the inlet";
+                let advice = "write smaller ones, another direction, or a larger face within the domain";
+                let find = |path: &str, keys: &[&str]| {
+                    keys.iter().find_map(|key| document.find(&format!("{path}.{key}")))
+                };
+                let form = find(&path, &["sphere", "ellipsoid", "fibre"]);
+                let face = find(&format!("inlet.{n}"), &["disc", "rectangle"]);
+                let place = form.unwrap_or_else(|| document.locate(&path));
+                return Err(Fault::new(place, problem, advice).related(face, "the face"));
+            }
+        }
+    }
     Ok(bodies)
+}
+
+/// The face of an inlet as bodies see it before anything else is known.
+struct Mouth<'a> {
+    face: Face,
+    /// What it is in, if it stays where it is.
+    case: Option<&'a Case>,
+    /// Way in m by which it may lie out of the domain, behind the side that it looks away from.
+    touch: f64,
+}
+
+impl<'a> Mouth<'a> {
+    fn new(inlet: &Inlet, case: &'a Case, touch: f64) -> Self {
+        let rests = inlet.above_fill.is_none() && inlet.motion.largest_speed(0.0) == 0.0;
+        let face = Face { centre: inlet.face.centre + inlet.motion.offset(inlet.start), ..inlet.face };
+        Self { face, case: rests.then_some(case), touch }
+    }
+}
+
+impl Walls for Mouth<'_> {
+    fn nearest(&self, at: DVec3, within: f64) -> Option<Wall> {
+        let rim = self.face.rim(at);
+        let sides = self.case.into_iter().flat_map(|case| {
+            let domain = &case.domain;
+            let solid = |side: &usize| matches!(domain.sides[*side], Side::Wall { .. } | Side::Symmetry);
+            (0..6).filter(solid).map(move |side| {
+                let axis = DVec3::AXES[side / 2];
+                match side % 2 {
+                    0 => ((at - domain.min).dot(axis), axis),
+                    _ => ((domain.max - at).dot(axis), -axis),
+                }
+            })
+        });
+        let nearest = sides.fold(rim, |nearest, side| if side.0 < nearest.0 { side } else { nearest });
+        let (distance, normal) = nearest;
+        (distance < within).then_some(Wall { distance, normal, velocity: DVec3::ZERO })
+    }
+}
+
+impl Opening for Mouth<'_> {
+    fn point(&self, numbers: [f64; 2]) -> Option<DVec3> {
+        let at = self.face.point(numbers)?;
+        self.case.is_none_or(|case| case.domain.holds(at + self.touch * self.face.direction)).then_some(at)
+    }
+
+    fn direction(&self) -> DVec3 {
+        self.face.direction
+    }
+
+    fn is_wet(&self, _: DVec3) -> bool {
+        true
+    }
 }
 
 /// Places bodies of one kind and batch at random.

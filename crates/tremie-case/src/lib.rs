@@ -30,7 +30,7 @@ pub use case::{
     Textbook,
 };
 pub use fault::{CaseError, InvalidCase};
-pub use inclusions::{Bodies, FibreSection, Following, InclusionGroup, Random};
+pub use inclusions::{Bodies, FibreSection, Following, InclusionGroup, Incoming, Random};
 pub use listed::{Listed, ListedBody};
 
 /// The JSON Schema (draft 2020-12) of the case file: its keys, what they mean, and what may stand there.

@@ -25,7 +25,7 @@ use crate::document::{
     Variants, Vector, WordOr, maybe, need, or,
 };
 use crate::fault::Fault;
-use crate::inclusions::{self, Following, InclusionGroup};
+use crate::inclusions::{self, Following, InclusionGroup, Incoming};
 use crate::stl::{self, Place};
 use crate::units::Dimension;
 
@@ -625,6 +625,8 @@ const INLET: Section<Inlet> = {
         "draws the face straight up as the fill rises, instead of a motion; it never goes down",
         ABOVE_FILL,
     );
+    const INCLUSIONS: Maybe<List<Section<Incoming>>> =
+        maybe("inclusions", "aggregates and fibres that come in with the fluid", List(inclusions::INCOMING));
     Section {
         keys: &[
             &FACES,
@@ -638,6 +640,7 @@ const INLET: Section<Inlet> = {
             &ABOVE_FILL_KEY,
             &BATCH,
             &STRUCTURE,
+            &INCLUSIONS,
         ],
         example: &[
             "disc = { centre = [\"0.2 m\", \"0.2 m\", \"0.25 m\"], direction = [0, 0, -1], diameter = \"80 mm\" }",
@@ -667,6 +670,7 @@ const INLET: Section<Inlet> = {
                 volume: t.maybe(&VOLUME)?.unwrap_or(f64::INFINITY),
                 batch: t.maybe(&BATCH)?,
                 structure: t.maybe(&STRUCTURE)?,
+                inclusions: t.maybe(&INCLUSIONS)?.unwrap_or_default(),
             })
         },
     }

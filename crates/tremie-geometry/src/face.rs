@@ -55,6 +55,40 @@ impl Face {
         [first, self.direction.cross(first)]
     }
 
+    /// The point of it that two numbers from 0 to 1 stand for: where these are uniform, so is it over the area. None beside a disc, in the corners
+    /// of the square around it.
+    pub fn point(&self, numbers: [f64; 2]) -> Option<DVec3> {
+        let [a, b] = self.sides();
+        let [x, y] = numbers.map(|x| x - 0.5);
+        match self.outline {
+            Outline::Disc { radius } => {
+                let at = 2.0 * radius * (x * a + y * b);
+                (at.length() <= radius).then_some(self.centre + at)
+            }
+            Outline::Rectangle { size } => Some(self.centre + x * size[0] * a + y * size[1] * b),
+        }
+    }
+
+    /// Distance of a point from the wall that its outline would draw going straight on, positive within, and the normal of this wall, inwards.
+    pub fn rim(&self, p: DVec3) -> (f64, DVec3) {
+        let way = (p - self.centre).reject_from_normalized(self.direction);
+        match self.outline {
+            Outline::Disc { radius } => {
+                let normal = (-way).try_normalize().unwrap_or(self.sides()[0]);
+                (radius - way.length(), normal)
+            }
+            Outline::Rectangle { size } => {
+                let [a, b] = self.sides();
+                let side = |side: DVec3, length: f64| {
+                    let at = way.dot(side);
+                    (0.5 * length - at.abs(), -at.signum() * side)
+                };
+                let (one, two) = (side(a, size[0]), side(b, size[1]));
+                if one.0 < two.0 { one } else { two }
+            }
+        }
+    }
+
     /// A plate of a thickness behind it.
     pub fn plate(&self, thickness: f64) -> Body {
         let behind = |point: DVec3, normal: DVec3| Body::Shape(Shape::HalfSpace { point, normal });
@@ -170,6 +204,29 @@ mod tests {
         let plate = slanted.plate(0.02);
         let beside = |y: f64| plate.signed_distance(slanted.centre - 0.01 * slanted.direction + DVec3::Y * y);
         assert!(beside(0.049) < 0.0 && beside(0.051) > 0.0);
+    }
+
+    #[test]
+    fn its_points_lie_within_its_rim() {
+        let slanted = Face {
+            direction: DVec3::new(0.6, 0.0, -0.8),
+            outline: Outline::Rectangle { size: [0.1, 0.06] },
+            ..DISC
+        };
+        for (face, share) in [(DISC, PI / 4.0), (slanted, 1.0)] {
+            let numbers = (0..10_000).map(|n| [n % 100, n / 100].map(|x| (f64::from(x) + 0.5) / 100.0));
+            let points: Vec<DVec3> = numbers.filter_map(|numbers| face.point(numbers)).collect();
+            assert!((points.len() as f64 / 10_000.0 - share).abs() < 1e-3);
+            let plate = face.plate(0.02);
+            for p in points {
+                // As far from the rim as it is within the plate, near enough to its edge.
+                let (distance, normal) = face.rim(p + 0.3 * face.direction);
+                let within = -plate.signed_distance(p - 0.01 * face.direction);
+                assert!((distance.min(0.01) - within).abs() < 1e-12, "{distance} {within}");
+                assert!(normal.dot(face.direction).abs() < 1e-12);
+                assert!(face.rim(p - (distance + 0.001) * normal).0 < 0.0);
+            }
+        }
     }
 
     #[test]

@@ -110,10 +110,15 @@ impl Inlets {
 
 impl Inlet {
     /// Volume in m3 through the whole face in the step that begins at `time`, if so much has already come.
-    fn due(&self, time: f64, step: f64, whole: f64) -> f64 {
+    pub(crate) fn due(&self, time: f64, step: f64, whole: f64) -> f64 {
         let Self { inlet, .. } = self;
         let open = (time + step).min(inlet.stop) - time.max(inlet.start);
         (inlet.flow_rate * open.max(0.0)).min(inlet.volume - whole).max(0.0)
+    }
+
+    /// Way in m of its face at a time in s from where it is drawn.
+    pub(crate) fn way(&self, time: f64) -> DVec3 {
+        self.inlet.motion.offset(time)
     }
 
     /// Its face, so far from where it is drawn.

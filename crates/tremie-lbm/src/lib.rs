@@ -30,6 +30,7 @@ mod lanes;
 mod lattice;
 mod loads;
 mod outlet;
+mod passage;
 mod plan;
 mod plane;
 mod processor;

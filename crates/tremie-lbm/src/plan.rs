@@ -1,6 +1,6 @@
 //! What a case means on the lattice: cells, time step, numbers, memory. Known before anything runs.
 
-use tremie_case::{Case, Inlet, Lbm, Method, Precision, Side};
+use tremie_case::{Case, Incoming, Inlet, Lbm, Method, Precision, Side};
 use tremie_geometry::{Face, Motion};
 use tremie_numerics::DVec3;
 use tremie_suspension::Form;
@@ -18,11 +18,11 @@ fn bytes_per_cell(precision: Precision) -> f64 {
 }
 
 /// Bytes that bodies take: velocities and forces in each allocated cell, and each body and its points.
-fn bytes_of_bodies(case: &Case, lbm: &Lbm, allocated: f64) -> f64 {
+fn bytes_of_bodies(case: &Case, lbm: &Lbm, allocated: f64, incoming: &[u64]) -> f64 {
     // What a body and a point keep, and what a step works out for them.
     const BODY: f64 = 400.0;
     const POINT: f64 = 110.0;
-    if case.groups.is_empty() {
+    if !case.has_bodies() {
         return 0.0;
     }
     let real = match lbm.precision {
@@ -34,8 +34,10 @@ fn bytes_of_bodies(case: &Case, lbm: &Lbm, allocated: f64) -> f64 {
         Form::Sphere { .. } | Form::Ellipsoid { .. } => form.volume() / lbm.cell_size.powi(3),
     };
     let bodies = &case.inclusions;
-    let all: f64 = (0..bodies.len()).map(|n| BODY + POINT * points(bodies.form(n))).sum();
-    all + 2.0 * 4.0 * real * allocated
+    let body = |form: &Form| BODY + POINT * points(form);
+    let first: f64 = (0..bodies.len()).map(|n| body(bodies.form(n))).sum();
+    let later = case.incoming().zip(incoming).map(|((_, of), number)| *number as f64 * body(&of.form));
+    first + later.sum::<f64>() + 2.0 * 4.0 * real * allocated
 }
 
 /// The numbers of a run.
@@ -49,6 +51,8 @@ pub struct Plan {
     pub wet_cells: f64,
     /// Volume in m3 that comes in until the case's stop time.
     pub inflow: f64,
+    /// Number of bodies that come in until then, in the order of [`Case::incoming`].
+    pub incoming: Vec<u64>,
     /// Steps to the case's stop time.
     pub steps: f64,
     /// Height in m of the fluid along gravity.
@@ -125,6 +129,8 @@ impl Plan {
         let wet_cells = fluid_volume(case) / lbm.cell_size.powi(3);
         let cells = case.domain.cells(lbm.cell_size);
         let inflow = inflow(case, case.stop.time);
+        let due = |(n, of): (usize, &Incoming)| of.due(inflow_of(case, &case.inlets[n], case.stop.time));
+        let incoming: Vec<u64> = case.incoming().map(due).collect();
         let all = cells.iter().product::<usize>() as f64;
         let most_cells = (wet_cells + inflow / lbm.cell_size.powi(3)).min(all);
         let memory = match lbm.textbook() {
@@ -132,12 +138,13 @@ impl Plan {
             // Blocks of 8 x 8 x 8 cells around a body of that volume are filled to about a third.
             None => 3.0 * most_cells * bytes_per_cell(lbm.precision),
         };
-        let memory_of_bodies = bytes_of_bodies(case, lbm, 3.0 * most_cells);
+        let memory_of_bodies = bytes_of_bodies(case, lbm, 3.0 * most_cells, &incoming);
         Self {
             scaling,
             cells,
             wet_cells,
             inflow,
+            incoming,
             steps: (case.stop.time / chosen).ceil(),
             height,
             reference_speed: speed,
@@ -212,12 +219,14 @@ fn level(case: &Case, time: f64) -> f64 {
 
 /// Volume in m3 that comes into the domain until a time in s.
 fn inflow(case: &Case, time: f64) -> f64 {
-    let one = |inlet: &Inlet| {
-        let face = Face { centre: inlet.face.centre + inlet.motion.offset(inlet.start), ..inlet.face };
-        let share = face.share_within(case.domain.min, case.domain.max);
-        inlet.flow_rate * (inlet.end().min(time) - inlet.start).max(0.0) * share
-    };
-    case.inlets.iter().map(one).sum()
+    case.inlets.iter().map(|inlet| inflow_of(case, inlet, time)).sum()
+}
+
+/// How much of that comes by one inlet.
+fn inflow_of(case: &Case, inlet: &Inlet, time: f64) -> f64 {
+    let face = Face { centre: inlet.face.centre + inlet.motion.offset(inlet.start), ..inlet.face };
+    let share = face.share_within(case.domain.min, case.domain.max);
+    inlet.flow_rate * (inlet.end().min(time) - inlet.start).max(0.0) * share
 }
 
 /// Corners in m of the smallest box around the fluid within the domain.

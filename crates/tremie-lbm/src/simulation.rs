@@ -18,6 +18,7 @@ use crate::initial::{centre, region_at};
 use crate::inlet::{Inflow, Inlets};
 use crate::lattice::Q;
 use crate::outlet::{Amount, outlets};
+use crate::passage::Passage;
 use crate::plan::{Plan, confined_gravity, inflow_speed, settings};
 use crate::real::Real;
 use crate::rows::Rows;
@@ -47,7 +48,7 @@ pub fn simulation(case: &Case) -> Box<dyn Simulation> {
     match settings(case).textbook() {
         Some(textbook) => textbook::simulation(case, textbook),
         None => {
-            let bodies = !case.groups.is_empty();
+            let bodies = case.has_bodies();
             let following = &case.following;
             simulation_with(
                 case,
@@ -80,6 +81,8 @@ pub struct LatticeBoltzmann<T: Real> {
     pub(crate) ledger: Ledger,
     /// What swims in it.
     pub(crate) suspension: Option<Suspension>,
+    /// The bodies that come in and leave.
+    pub(crate) passage: Passage,
     /// What has come in, by inlet.
     pub(crate) inflow: Vec<Inflow>,
     /// Mass at the start, or when the time step last changed, with what has come in and left since, which rounding is held against.
@@ -142,7 +145,8 @@ impl<T: Real> LatticeBoltzmann<T> {
     }
 
     /// The same with bodies in it.
-    fn with(case: &Case, suspension: Option<Suspension>) -> Self {
+    fn with(case: &Case, mut suspension: Option<Suspension>) -> Self {
+        let passage = suspension.as_mut().map(|suspension| Passage::new(case, &mut suspension.inclusions));
         let scaling = Plan::new(case).scaling;
         let immersed = suspension.is_some();
         let mut new = Self {
@@ -154,6 +158,7 @@ impl<T: Real> LatticeBoltzmann<T> {
             findings: Vec::new(),
             ledger: Ledger { drained_of: vec![Amount::default(); case.batches().len()], ..Ledger::default() },
             suspension,
+            passage: passage.unwrap_or_default(),
             inflow: vec![Inflow::default(); case.inlets.len()],
             mass: 0.0,
             volume: 0.0,
@@ -225,6 +230,15 @@ impl<T: Real> LatticeBoltzmann<T> {
         let unit = self.scaling.velocity_unit();
         suspension.step(&mut lattice, &Sides { topology: &topology, solids: &solids, unit });
         self.grid.solids = solids;
+    }
+
+    /// Takes out the bodies that have come to where fluid leaves, and lets in those that are due.
+    fn pass_bodies(&mut self) {
+        let Self { case, suspension, passage, grid, scaling, .. } = self;
+        if let Some(Suspension { inclusions, .. }) = suspension {
+            passage.drain(inclusions, grid);
+            passage.let_in(inclusions, grid, scaling, self.time, case, &self.inflow);
+        }
     }
 
     /// Gives the fluid what it carries at the start.
@@ -520,6 +534,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             self.grid.raise_inlets(self.time, LOOK as f64 * self.scaling.time_step);
         }
         self.arrange();
+        self.pass_bodies();
         if self.steps.is_multiple_of(STRUCTURE) {
             self.restructure();
         }
@@ -577,6 +592,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
                 .map(|out| [out.mass, out.volume]).collect::<Vec<_>>(),
             "rises": self.grid.rises(),
             "inflow": self.inflow.iter().map(|inflow| [inflow.whole, inflow.volume]).collect::<Vec<_>>(),
+            "bodies": self.suspension.as_ref().map(|suspension| self.passage.counts(&suspension.inclusions)),
         });
         let mut arrays = vec![
             ("places".into(), Array::U32(places)),
@@ -624,6 +640,9 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
                 return Err(missing("inclusions"));
             };
             suspension.inclusions.load(numbers, labels).ok_or_else(|| missing("inclusions"))?;
+            let counts =
+                serde_json::from_value(state.header["bodies"].clone()).map_err(|_| missing("bodies"))?;
+            self.passage.restore(counts, &mut suspension.inclusions).ok_or_else(|| missing("bodies"))?;
         }
         let rises = serde_json::from_value(state.header["rises"].clone()).map_err(|_| missing("rises"))?;
         grid.restore_rises(rises).ok_or_else(|| missing("rises"))?;

@@ -61,6 +61,8 @@ impl<T: Real> LatticeBoltzmann<T> {
             inflow,
             outflow,
             batches_out,
+            bodies_in: self.passage.came().to_vec(),
+            bodies_out: self.passage.left().to_vec(),
         }
     }
 

@@ -135,6 +135,7 @@ mod tests {
             inflow: Vec::new(),
             outflow: None,
             batches_out: Vec::new(),
+            bodies: Vec::new(),
         }
     }
 

@@ -24,6 +24,10 @@ pub struct Snapshot {
     pub outflow: Option<f64>,
     /// How much of that was of each batch that is followed, in the order of the case.
     pub batches_out: Vec<f64>,
+    /// Number of bodies of each kind that were in the fluid at the start or have come in since: those that have left, and those that are there.
+    pub bodies_in: Vec<u64>,
+    /// How many of each kind have left since the start.
+    pub bodies_out: Vec<u64>,
 }
 
 /// Force and moment of the fluid on a solid; pressure counts from that of the air.

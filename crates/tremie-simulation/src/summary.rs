@@ -126,7 +126,7 @@ mod tests {
     use super::*;
     use crate::SolidLoad;
     use crate::filling::Pocket;
-    use crate::gauges::{Spread, WallPressure};
+    use crate::gauges::{BodyCount, Spread, WallPressure};
     use tremie_numerics::DVec3;
 
     #[test]
@@ -158,6 +158,7 @@ mod tests {
             inflow: vec![2e-3, 0.0],
             outflow: Some(1e-3),
             batches_out: vec![4e-4, 6e-4],
+            bodies: vec![("steel".to_owned(), BodyCount { came: 7.0, left: 3.0, present: 4.0 })],
         };
         let gauges = Gauges::of(&readings);
         for (spread, t500) in [(Some(spread), Some(1.5)), (None, None)] {

@@ -121,6 +121,8 @@ impl Simulation for Cake {
                 inflow: Vec::new(),
                 outflow: None,
                 batches_out: Vec::new(),
+                bodies_in: Vec::new(),
+                bodies_out: Vec::new(),
             };
         }
         let radius = Self::radius(self.time);
@@ -150,6 +152,8 @@ impl Simulation for Cake {
             inflow: Vec::new(),
             outflow: None,
             batches_out: Vec::new(),
+            bodies_in: Vec::new(),
+            bodies_out: Vec::new(),
         }
     }
 

@@ -75,6 +75,12 @@ impl Outline {
         })
     }
 
+    /// How far in m it reaches from its centre along the unit vector n: the support function.
+    pub(crate) fn extent(&self, n: DVec3) -> f64 {
+        let ellipsoid = self.ellipsoid.as_ref().map_or(0.0, |s| n.dot(**s * n).max(0.0).sqrt());
+        self.half.dot(n).abs() + self.radius + ellipsoid
+    }
+
     /// Second derivative of the support function: the radii of curvature where the normal is n.
     fn curvature_radii(&self, n: DVec3) -> DMat3 {
         let ball = self.radius * (DMat3::IDENTITY - outer(n, n));

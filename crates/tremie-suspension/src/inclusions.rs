@@ -124,23 +124,36 @@ impl Inclusions {
         };
         let mut order: Vec<usize> = (0..self.len()).collect();
         order.sort_by_cached_key(cube);
-        fn sorted<T: Clone>(of: &[T], order: &[usize]) -> Vec<T> {
+        self.pick(&order);
+    }
+
+    /// Takes out the bodies that do not stay; the others keep their order.
+    pub fn retain(&mut self, stays: impl Fn(usize) -> bool) {
+        let order: Vec<usize> = (0..self.len()).filter(|n| stays(*n)).collect();
+        if order.len() < self.len() {
+            self.pick(&order);
+        }
+    }
+
+    /// Keeps the bodies at these places, in this order.
+    fn pick(&mut self, order: &[usize]) {
+        fn picked<T: Clone>(of: &[T], order: &[usize]) -> Vec<T> {
             order.iter().map(|n| of[*n].clone()).collect()
         }
         *self = Self {
             kinds: std::mem::take(&mut self.kinds),
             next: self.next,
-            id: sorted(&self.id, &order),
-            kind: sorted(&self.kind, &order),
-            batch: sorted(&self.batch, &order),
-            position: sorted(&self.position, &order),
-            orientation: sorted(&self.orientation, &order),
-            velocity: sorted(&self.velocity, &order),
-            angular_velocity: sorted(&self.angular_velocity, &order),
-            drag: sorted(&self.drag, &order),
-            torque: sorted(&self.torque, &order),
-            mean_drag: sorted(&self.mean_drag, &order),
-            contacts: sorted(&self.contacts, &order),
+            id: picked(&self.id, order),
+            kind: picked(&self.kind, order),
+            batch: picked(&self.batch, order),
+            position: picked(&self.position, order),
+            orientation: picked(&self.orientation, order),
+            velocity: picked(&self.velocity, order),
+            angular_velocity: picked(&self.angular_velocity, order),
+            drag: picked(&self.drag, order),
+            torque: picked(&self.torque, order),
+            mean_drag: picked(&self.mean_drag, order),
+            contacts: picked(&self.contacts, order),
         };
     }
 

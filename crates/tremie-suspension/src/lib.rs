@@ -7,6 +7,7 @@
 mod carrier;
 mod contact;
 mod distance;
+mod entrance;
 mod form;
 mod friction;
 mod impulse;
@@ -24,6 +25,7 @@ mod walls;
 
 pub use carrier::{Carrier, Seen};
 pub use contact::{ContactLaw, Contacts, Film};
+pub use entrance::{Entrant, Opening, passes};
 pub use form::Form;
 pub use friction::{Coupling, svec_correction};
 pub use inclusions::{Inclusions, Kind};

@@ -53,6 +53,32 @@ pub enum Direction {
     Aligned(DVec3),
 }
 
+impl Direction {
+    /// How a body lies whose axis is drawn so; about its axis it may be turned in any way.
+    pub(crate) fn draw(self, random: &mut Pcg64Mcg) -> DQuat {
+        let axis = match self {
+            Self::Isotropic => {
+                let (z, angle) = (random.random_range(-1.0..1.0), random.random_range(0.0..2.0 * PI));
+                let flat = f64::sqrt(1.0 - z * z);
+                DVec3::new(flat * angle.cos(), flat * angle.sin(), z)
+            }
+            Self::Planar(normal) => {
+                let (one, two) = normal.try_normalize().unwrap_or(DVec3::Z).any_orthonormal_pair();
+                let angle = random.random_range(0.0..2.0 * PI);
+                angle.cos() * one + angle.sin() * two
+            }
+            Self::Aligned(axis) => axis.try_normalize().unwrap_or(DVec3::Z),
+        };
+        let spin = DQuat::from_rotation_z(random.random_range(0.0..2.0 * PI));
+        DQuat::from_rotation_arc(DVec3::Z, axis) * spin
+    }
+
+    /// Whether to draw again cannot help a body to fit: not a sphere, nor one whose axis is given.
+    pub(crate) fn is_settled_for(self, form: &Form) -> bool {
+        matches!(form, Form::Sphere { .. }) || matches!(self, Self::Aligned(_))
+    }
+}
+
 /// What becomes of a fibre that was drawn with its centre inside and an end outside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum AtWalls {
@@ -203,26 +229,11 @@ fn draw(form: &Form, order: &Order, region: &Region, random: &mut Pcg64Mcg) -> O
             continue;
         }
         for _ in 0..turns {
-            let axis = match order.direction {
-                Direction::Isotropic => {
-                    let (z, angle) = (random.random_range(-1.0..1.0), random.random_range(0.0..2.0 * PI));
-                    let flat = f64::sqrt(1.0 - z * z);
-                    DVec3::new(flat * angle.cos(), flat * angle.sin(), z)
-                }
-                Direction::Planar(normal) => {
-                    let (one, two) = normal.try_normalize().unwrap_or(DVec3::Z).any_orthonormal_pair();
-                    let angle = random.random_range(0.0..2.0 * PI);
-                    angle.cos() * one + angle.sin() * two
-                }
-                Direction::Aligned(axis) => axis.try_normalize().unwrap_or(DVec3::Z),
-            };
-            let spin = DQuat::from_rotation_z(random.random_range(0.0..2.0 * PI));
-            let orientation = DQuat::from_rotation_arc(DVec3::Z, axis) * spin;
+            let orientation = order.direction.draw(random);
             if fits(&Outline::new(form, position, orientation), region) {
                 return Some((position, orientation));
             }
-            // Another direction cannot help a sphere, nor one that is given.
-            if matches!(form, Form::Sphere { .. }) || matches!(order.direction, Direction::Aligned(_)) {
+            if order.direction.is_settled_for(form) {
                 break;
             }
         }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use indicatif::{HumanBytes, HumanCount};
 use serde_json::{Value, json};
-use tremie_case::{Cage, Case, InclusionGroup, Layer, MeshFile, Role, Solid};
+use tremie_case::{Cage, Case, InclusionGroup, Incoming, Layer, MeshFile, Role, Solid};
 use tremie_geometry::{Body, Shape};
 use tremie_lbm::Plan;
 use tremie_numerics::DVec3;
@@ -45,9 +45,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     }
     let pace = Pace::measure(tremie_lbm::simulation(&case))?;
     // The same without bodies, to see what they cost.
-    let without = match case.groups.is_empty() {
-        true => pace,
-        false => Pace::measure(tremie_lbm::simulation_with(&case, None))?,
+    let without = match case.has_bodies() {
+        false => pace,
+        true => Pace::measure(tremie_lbm::simulation_with(&case, None))?,
     };
     let burden = (pace.step / without.step - 1.0).max(0.0);
     let warnings = numbers.warnings();
@@ -58,8 +58,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         json["estimated_time_s"] = json!(pace.step * numbers.plan.steps);
         json["updates_per_second"] = json!(pace.updates);
         json["warnings"] = json!(warnings);
-        if !case.groups.is_empty() {
+        if case.has_bodies() {
             json["bodies"] = json!(case.inclusions.len());
+            json["bodies_in"] = json!(numbers.plan.incoming.iter().sum::<u64>());
             json["bodies_memory_bytes"] = json!(numbers.plan.memory_of_bodies.round());
             json["bodies_time_share"] = json!(burden);
         }
@@ -71,7 +72,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         rows.extend(case.solids.iter().filter_map(bars).map(|bars| ("bars", bars)));
         rows.extend(case.cages.iter().map(|cage| ("cage", zone(cage))));
         rows.extend(swimmers(&case, &numbers.plan).into_iter().map(|bodies| ("bodies", bodies)));
-        if !case.groups.is_empty() {
+        rows.extend(arrivals(&case, &numbers.plan).into_iter().map(|bodies| ("bodies", bodies)));
+        if case.has_bodies() {
             let memory = HumanBytes(numbers.plan.memory_of_bodies as u64);
             let time = significant(100.0 * burden);
             rows.push(("they add", format!("about {memory} of the memory, {time} % to the time of a step")));
@@ -132,6 +134,16 @@ fn swimmers(case: &Case, plan: &Plan) -> Vec<String> {
         format!("{number} {}, {} % of the volume", group.name, significant(100.0 * volume / fluid))
     };
     case.groups.iter().map(of).collect()
+}
+
+/// How many bodies of each name are expected by each inlet, and which share of what comes in they take.
+fn arrivals(case: &Case, plan: &Plan) -> Vec<String> {
+    let expected = case.incoming().zip(&plan.incoming);
+    let of = |((inlet, of), number): ((usize, &Incoming), &u64)| {
+        let (number, share) = (HumanCount(*number), significant(100.0 * of.share));
+        format!("{number} {} to come by inlet {}, {share} % of what comes in", of.name, inlet + 1)
+    };
+    expected.map(of).collect()
 }
 
 /// From where to where something reaches.

@@ -59,7 +59,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let folder = RunFolder::open(&arguments.dir)?;
     let case = Case::read(&folder.case())?;
     let shown = folder.path().display();
-    if case.groups.is_empty() {
+    if !case.has_bodies() {
         return Err(
             WrongInput(format!("{shown} has nothing to export: its case has no [[inclusions]]")).into()
         );

@@ -7,6 +7,7 @@ use clap::Args;
 use indicatif::HumanCount;
 use tremie_case::Case;
 use tremie_numerics::DVec3;
+use tremie_simulation::gauges::BodyCount;
 use tremie_simulation::{Checkpoint, EndReason, FillingFigures, RunError, RunFolder, RunRecord, Summary};
 
 use crate::failure::{WrongInput, chain};
@@ -225,6 +226,10 @@ pub(crate) fn readings(summary: &Summary) -> Vec<(&'static str, String)> {
     rows.extend(readings.outflow.map(|volume| ("left", passed(volume))));
     let of = |(n, volume): (usize, &f64)| ("", format!("{} of batch {}", passed(*volume), n + 1));
     rows.extend(readings.batches_out.iter().enumerate().map(of));
+    rows.extend(readings.bodies.iter().map(|(name, count)| {
+        let BodyCount { came, left, present } = count;
+        ("bodies", format!("{came} {name} in all: {left} have left, {present} are there"))
+    }));
     rows.push(("speed, 99th percentile", format!("{} mm/s", significant(1e3 * readings.speed_p99))));
     rows.extend(summary.filling.iter().flat_map(filling));
     rows

@@ -62,6 +62,57 @@ fn wrong_bodies_are_told_at_their_place() {
     }
 }
 
+/// An inlet above the slump flow, cut by a plane of symmetry, with fibres.
+const POURED: &str = "[[inlet]]\n\
+    disc = { centre = [\"200 mm\", \"0 mm\", \"310 mm\"], direction = [0, 0, -1], diameter = \"80 mm\" }\n\
+    flow_rate = \"1 l/s\"\nbatch = \"second\"\n[[inlet.inclusions]]\nname = \"fibres\"\n\
+    fibre = { length = \"60 mm\", diameter = \"0.75 mm\" }\ndensity = \"7850 kg/m3\"\nvolume_fraction = 0.005";
+
+#[test]
+fn bodies_come_in_with_the_fluid_of_an_inlet() {
+    let stones = "[[inlet.inclusions]]\nname = \"stones\"\nsphere = { diameter = \"16 mm\" }\ndensity = \"2600 kg/m3\"\n\
+        volume_fraction = 0.3\nseed = 7\ndirection = { along = [0, 0, 2] }";
+    let case = with(&format!("{POURED}\n{stones}")).unwrap();
+    let [fibres, stones] = case.inlets[0].inclusions.as_slice() else { panic!("{:?}", case.inlets) };
+    assert_eq!((fibres.name.as_str(), fibres.share, fibres.seed), ("fibres", 0.005, 1));
+    assert_eq!((stones.density, stones.seed, stones.direction), (2600.0, 7, Direction::Aligned(DVec3::Z)));
+    // Half a per cent of a litre, in fibres of pi/4 (0.75 mm)^2 60 mm.
+    assert_eq!((fibres.due(1e-3), fibres.due(0.0)), (188, 0));
+    assert!(case.has_bodies() && case.inclusions.is_empty() && case.groups.is_empty());
+    assert_eq!(case.incoming().map(|(inlet, of)| (inlet, of.seed)).collect::<Vec<_>>(), [(0, 1), (0, 7)]);
+    assert_eq!(case.fibre_region(), Some(0.06));
+    assert!(!with("").unwrap().has_bodies());
+}
+
+#[test]
+fn wrong_bodies_of_inlets_are_told_at_their_place() {
+    let fibre = "fibre = { length = \"60 mm\", diameter = \"0.75 mm\" }";
+    let sphere = |diameter: &str| POURED.replace(fibre, &format!("sphere = {{ diameter = \"{diameter}\" }}"));
+    let too_large = "too large to come in through the face of the inlet";
+    // Of the disc half lies in the domain, 40 mm deep.
+    with(&sphere("30 mm")).unwrap();
+    // Along the plane there is room for 80 mm, and down for any length.
+    let along = |x: f64, z: f64| {
+        POURED.replace("60 mm", "100 mm") + &format!("\ndirection = {{ along = [{x}, 0, {z}] }}")
+    };
+    with(&along(0.0, 1.0)).unwrap();
+    for (text, line, says) in [
+        (POURED.replace("0.005", "0"), 35, "must be positive"),
+        (POURED.replace("0.005", "0.7"), 35, "0.6"),
+        (POURED.replace("volume_fraction = 0.005", ""), 31, "`inlet.inclusions.volume_fraction` is missing"),
+        (POURED.replace("0.005", "0.005\nnumber = 3"), 36, "there is no key `number`"),
+        (POURED.replace(fibre, "csv = { file = \"fibres.csv\" }"), 33, "there is no key `csv`"),
+        (POURED.to_owned() + "\nseed = 1.5", 36, "must be a whole number"),
+        (POURED.replace("60 mm", "6 mm"), 33, "too large to see bodies of 0.006 m"),
+        (sphere("45 mm"), 33, too_large),
+        (along(1.0, 0.0), 33, too_large),
+    ] {
+        let error = with(&text).unwrap_err();
+        assert!(error.contains(says), "{error}\ninstead of {says}");
+        assert!(error.contains(&format!("case.toml:{line}:")), "{error}\nnot in line {line}");
+    }
+}
+
 /// The slump flow with these bodies from a file.
 fn from_file(group: &str, csv: &str) -> Result<Case, String> {
     let place = tempfile::tempdir().unwrap();

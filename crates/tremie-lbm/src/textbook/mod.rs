@@ -394,6 +394,8 @@ impl<const Q: usize> Simulation for Dense<Q> {
             inflow: Vec::new(),
             outflow: None,
             batches_out: Vec::new(),
+            bodies_in: Vec::new(),
+            bodies_out: Vec::new(),
         }
     }
 

@@ -8,6 +8,7 @@ mod friction;
 mod inclusions;
 mod invariance;
 mod loads;
+mod passage;
 mod pour;
 mod rest;
 mod solids;

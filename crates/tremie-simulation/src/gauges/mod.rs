@@ -53,6 +53,33 @@ pub struct Gauges {
     pressures: Vec<Pressure>,
     /// Names of the solids and then of the cages.
     loaded: Vec<String>,
+    /// Names of the bodies, if any can come in or leave.
+    bodies: Vec<String>,
+}
+
+/// How many bodies of a name there are, in the domain.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct BodyCount {
+    /// Those that were there at the start or have come in since.
+    pub came: f64,
+    /// Those of them that have left.
+    pub left: f64,
+    /// Those that are there.
+    pub present: f64,
+}
+
+impl BodyCount {
+    /// Of the kinds of a name.
+    fn of(name: &str, snapshot: &Snapshot) -> Self {
+        let bodies = &snapshot.inclusions;
+        let named = |kind: usize| bodies.kinds.get(kind).is_some_and(|kind| kind.name == name);
+        let sum = |counts: &[u64]| {
+            let of_name = counts.iter().enumerate().filter(|(kind, _)| named(*kind));
+            of_name.map(|(_, count)| *count).sum::<u64>() as f64
+        };
+        let present = bodies.kind.iter().filter(|kind| named(usize::from(**kind))).count() as f64;
+        Self { came: sum(&snapshot.bodies_in), left: sum(&snapshot.bodies_out), present }
+    }
 }
 
 /// What the gauges read at one moment; one row of the time series.
@@ -96,6 +123,8 @@ pub struct Readings {
     pub outflow: Option<f64>,
     /// How much of that was of each batch that is followed.
     pub batches_out: Vec<f64>,
+    /// Name of the bodies, where any can come in or leave, and how many there are.
+    pub bodies: Vec<(String, BodyCount)>,
 }
 
 impl Readings {
@@ -143,6 +172,9 @@ impl Readings {
         }
         columns.extend(self.outflow.map(|outflow| (OUTFLOW.to_owned(), outflow)));
         columns.extend(self.batches_out.iter().enumerate().map(|(n, out)| (batch_column(n), *out)));
+        for (name, count) in &self.bodies {
+            columns.extend(body_columns(name).into_iter().zip([count.came, count.left, count.present]));
+        }
         columns
     }
 
@@ -184,6 +216,10 @@ impl Readings {
             let (ratio, level, force) = (values.pop()?, values.pop()?, values.pop()?);
             Some((gauge.name.clone(), WallPressure { bands: values, force, level, ratio }))
         };
+        let count = |name: &String| {
+            let [came, left, present] = body_columns(name).map(|name| value(&name));
+            Some((name.clone(), BodyCount { came: came?, left: left?, present: present? }))
+        };
         let one = |name: &String, column: fn(&str) -> String| Some((name.clone(), value(&column(name))?));
         Some(Self {
             time: value("time_s")?,
@@ -205,6 +241,7 @@ impl Readings {
             inflow: (0..).map_while(|n| value(&inflow_column(n))).collect(),
             outflow: value(OUTFLOW),
             batches_out: (0..).map_while(|n| value(&batch_column(n))).collect(),
+            bodies: gauges.bodies.iter().map(count).collect::<Option<_>>()?,
         })
     }
 }
@@ -249,6 +286,11 @@ fn batch_column(n: usize) -> String {
     format!("batch{}_outflow_m3", n + 1)
 }
 
+/// Names of the numbers of bodies: what was there or came in, what left, and what is there.
+fn body_columns(name: &str) -> [String; 3] {
+    ["in", "out", "present"].map(|what| format!("bodies_{name}_{what}"))
+}
+
 /// The load on a solid and its mirror images beyond symmetry planes.
 fn whole_load(load: SolidLoad, cells: &Cells) -> SolidLoad {
     let mut whole = load;
@@ -264,6 +306,20 @@ fn whole_load(load: SolidLoad, cells: &Cells) -> SolidLoad {
         }
     }
     whole
+}
+
+/// Names of the bodies of a case, each once, if any can come in or leave.
+fn passing(case: &Case) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    if case.has_outlets() || case.incoming().next().is_some() {
+        let groups = case.groups.iter().map(|group| &group.name);
+        for name in groups.chain(case.incoming().map(|(_, incoming)| &incoming.name)) {
+            if !names.contains(name) {
+                names.push(name.clone());
+            }
+        }
+    }
+    names
 }
 
 impl Gauges {
@@ -287,6 +343,7 @@ impl Gauges {
                 .chain(case.cages.iter().map(|cage| &cage.name))
                 .cloned()
                 .collect(),
+            bodies: passing(case),
         }
     }
 
@@ -362,6 +419,7 @@ impl Gauges {
             inflow: snapshot.inflow.iter().map(|volume| volume * cells.copies()).collect(),
             outflow: snapshot.outflow.map(|volume| volume * cells.copies()),
             batches_out: snapshot.batches_out.iter().map(|volume| volume * cells.copies()).collect(),
+            bodies: self.bodies.iter().map(|name| (name.clone(), BodyCount::of(name, snapshot))).collect(),
         }
     }
 }
@@ -383,6 +441,7 @@ impl Gauges {
                 .map(|(name, read)| Pressure::of(name.clone(), read.bands.len()))
                 .collect(),
             loaded: readings.solids.iter().map(|(name, _)| name.clone()).collect(),
+            bodies: readings.bodies.iter().map(|(name, _)| name.clone()).collect(),
             ..Self::default()
         }
     }
@@ -514,6 +573,8 @@ mod tests {
             inflow: Vec::new(),
             outflow: None,
             batches_out: Vec::new(),
+            bodies_in: Vec::new(),
+            bodies_out: Vec::new(),
         };
         let readings = gauges.measure(&snapshot);
         let volume = 0.4 * 0.2 * 0.255;
@@ -568,6 +629,8 @@ mod tests {
             inflow: Vec::new(),
             outflow: None,
             batches_out: Vec::new(),
+            bodies_in: Vec::new(),
+            bodies_out: Vec::new(),
         });
         assert!(readings.columns().iter().all(|(_, value)| *value == 0.0), "{readings:?}");
     }

@@ -74,6 +74,57 @@ fn an_interrupted_run_with_fibres_goes_on_as_if_nothing_had_happened() {
     goes_on(&with_bodies(&[("\"1 s\"", "\"1.2 s\"")]));
 }
 
+/// In place of the cone a hose over an open side, from which concrete comes with fibres; nothing swims at the start.
+fn with_hose(more: &[(&str, &str)]) -> TempDir {
+    let cone = "[[fluid]]\ncone = { base = [\"0 m\", \"0 m\", \"0 m\"], base_diameter = \"200 mm\", top_diameter = \"100 mm\", height = \"300 mm\" }";
+    let hose = "[[inlet]]\ndisc = { centre = [\"240 mm\", \"0 mm\", \"160 mm\"], direction = [1, 0, -1], diameter = \"100 mm\" }\n\
+        flow_rate = \"6 l/s\"\n[[inlet.inclusions]]\nname = \"steel\"\nfibre = { length = \"50 mm\", diameter = \"1 mm\" }\n\
+        density = \"7850 kg/m3\"\nvolume_fraction = 0.004\n";
+    let open = ("y_min = \"symmetry\" }", "y_min = \"symmetry\", x_max = \"open\" }");
+    folder_with_case(&[&[("\"20 mm\"", "\"10 mm\""), (cone, hose), open], more].concat())
+}
+
+#[test]
+fn fibres_that_come_in_and_leave_are_counted() {
+    let place = with_hose(&[("\"1 s\"", "\"0.6 s\"")]);
+    let place = place.path();
+    // Of six litres a second half comes into the domain: 7.2 ml of steel, in fibres of 39.3 mm3.
+    let told = done(place, &["check", "slump.toml"]);
+    assert!(told.contains("183 steel to come by inlet 1, 0.4 % of what comes in"), "{told}");
+    let numbers: Value = serde_json::from_str(&done(place, &["check", "slump.toml", "--json"])).unwrap();
+    assert_eq!((&numbers["bodies"], &numbers["bodies_in"]), (&0.into(), &183.into()));
+
+    let told = done(place, &["run", "slump.toml", "--out", "run", "-q"]);
+    let run = place.join("run");
+    let series = fs::read_to_string(run.join("series.csv")).unwrap();
+    assert!(
+        series.lines().next().unwrap().ends_with("bodies_steel_in,bodies_steel_out,bodies_steel_present")
+    );
+    for row in rows(&run.join("series.csv")) {
+        let [came, left, present] = row[row.len() - 3..] else { panic!("{row:?}") };
+        assert_eq!(came, left + present);
+    }
+    let summary = json(&run.join("summary.json"));
+    let count = |what: &str| summary[format!("bodies_steel_{what}")].as_f64().unwrap() as usize;
+    let [came, left, present] = ["in", "out", "present"].map(count);
+    assert!(came > 150 && came <= 184 && left > 0 && came == left + present, "{came} {left} {present}");
+    assert!(told.contains(&format!("{came} steel in all: {left} have left, {present} are there")), "{told}");
+    assert_eq!(rows(&run.join("orientation.csv")).last().unwrap()[0], summary["time_s"]);
+    assert_eq!(fs::read_to_string(run.join("bodies.csv")).unwrap().lines().count(), 1 + present);
+    let told = done(place, &["export", "run", "--format", "csv"]);
+    assert!(told.contains(&format!("fibres.csv written: {present} bodies")), "{told}");
+    done(place, &["report", "run"]);
+    assert!(
+        fs::read_to_string(run.join("report.html")).unwrap().contains("How fibres lie in the upper half")
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_with_fibres_that_come_in_goes_on_as_if_nothing_had_happened() {
+    goes_on(&with_hose(&[("\"1 s\"", "\"1.2 s\"")]));
+}
+
 #[test]
 fn bodies_go_out_and_come_in_again() {
     let place = with_bodies(&[("\"1 s\"", "\"0.1 s\"")]);
