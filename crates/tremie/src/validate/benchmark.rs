@@ -5,6 +5,7 @@
 //! each stands in one place.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use anyhow::{Context as _, anyhow};
 use serde::Deserialize;
@@ -86,11 +87,23 @@ impl Check {
 pub(super) struct Context<'a> {
     benchmark: &'a Benchmark,
     definition: Definition,
+    out: Option<&'a Path>,
 }
 
 impl<'a> Context<'a> {
-    pub(super) fn new(benchmark: &'a Benchmark) -> anyhow::Result<Self> {
-        Ok(Self { benchmark, definition: benchmark.definition()? })
+    /// `out` is the folder that figures go to, if any.
+    pub(super) fn new(benchmark: &'a Benchmark, out: Option<&'a Path>) -> anyhow::Result<Self> {
+        Ok(Self { benchmark, definition: benchmark.definition()?, out })
+    }
+
+    /// Name of the benchmark.
+    pub(super) fn id(&self) -> &'static str {
+        self.benchmark.id
+    }
+
+    /// The folder that figures go to, if any.
+    pub(super) fn out(&self) -> Option<&Path> {
+        self.out
     }
 
     /// What `benchmark.toml` says.

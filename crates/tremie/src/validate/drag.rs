@@ -5,9 +5,11 @@ use std::f64::consts::PI;
 use rayon::prelude::*;
 use tremie_case::Case;
 use tremie_numerics::{DQuat, DVec3};
+use tremie_output::picture::{Axis, Style};
 use tremie_suspension::{ContactLaw, Coupling, Form, Freedom, Inclusions, Kind, Method, Scheme, Suspension};
 
 use super::benchmark::{Check, Context, shown};
+use super::figure::Figure;
 use super::flow::{Flow, lattice};
 
 /// Diffusion times over which flows come to be steady.
@@ -85,6 +87,7 @@ pub(super) fn cylinder_drag(context: &Context) -> anyhow::Result<Vec<Check>> {
         .collect();
     let ratio = |&(d, nu, coupling): &(f64, f64, Coupling)| between_plates(&case, d, nu, coupling);
     let ratios: Vec<f64> = draws.par_iter().map(ratio).collect::<anyhow::Result<_>>()?;
+    draw_ratios(context, &draws, &ratios)?;
     let furthest = |chosen: &dyn Fn(f64, f64, Coupling) -> bool| {
         let all = draws.iter().zip(&ratios).filter(|((d, nu, coupling), _)| chosen(*d, *nu, *coupling));
         let off = |ratio: f64| if ratio.is_nan() { f64::INFINITY } else { (ratio - 1.0).abs() };
@@ -102,6 +105,43 @@ pub(super) fn cylinder_drag(context: &Context) -> anyhow::Result<Vec<Check>> {
     let (d, nu, ratio) = furthest(&|d, nu, coupling| coupling == Coupling::Svec && !judged(d, nu));
     checks.push(shown(format!("the same beyond: {d:.2} cells, viscosity {nu:.3}"), ratio));
     Ok(checks)
+}
+
+/// As in Figures 3.5, 3.6 and 3.8 of Svec (2013).
+fn draw_ratios(context: &Context, draws: &[(f64, f64, Coupling)], ratios: &[f64]) -> anyhow::Result<()> {
+    let couplings = [
+        ("slender", "friction of slender bodies", Coupling::Slender),
+        ("thesis", "correction of the thesis", Coupling::Svec),
+    ];
+    let all = || draws.iter().zip(ratios);
+    let mut by_time = Vec::new();
+    for (name, title, which) in couplings {
+        let mut curves: Vec<(String, Style, Vec<[f64; 2]>)> = Vec::new();
+        for (&(d, nu, _), &ratio) in all().filter(|(draw, _)| draw.2 == which) {
+            let label = format!("viscosity {nu:.3}");
+            match curves.last_mut() {
+                Some(curve) if curve.0 == label => curve.2.push([d, ratio]),
+                _ => curves.push((label, Style::Line, vec![[d, ratio]])),
+            }
+        }
+        context.show(&Figure {
+            name,
+            title: &format!("Cylinder between plates: {title}"),
+            x: Axis::logarithmic("diameter [cells]"),
+            y: Axis::linear("drag over Faxen's"),
+            curves,
+        })?;
+        let points =
+            all().filter(|(draw, _)| draw.2 == which).map(|((d, nu, _), ratio)| [d * d / nu, *ratio]);
+        by_time.push((title.to_owned(), Style::Marks, points.collect()));
+    }
+    context.show(&Figure {
+        name: "time-factor",
+        title: "Cylinder between plates",
+        x: Axis::logarithmic("time factor: diameter^2 / viscosity, in units of the lattice"),
+        y: Axis::linear("drag over Faxen's"),
+        curves: by_time,
+    })
 }
 
 /// A sphere in a periodic box.

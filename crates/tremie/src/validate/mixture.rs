@@ -3,9 +3,11 @@
 use rayon::prelude::*;
 use tremie_case::Case;
 use tremie_numerics::DVec3;
+use tremie_output::picture::{Axis, Style};
 use tremie_suspension::{Amount, AtWalls, Direction, Form, Freedom, Inclusions, Kind, Order, Suspension};
 
-use super::benchmark::{Check, Context, shown};
+use super::benchmark::{Check, Context, Row, shown};
+use super::figure::Figure;
 use super::flow::lattice;
 use super::shear::{Shear, core_rate, layers, line};
 
@@ -83,8 +85,10 @@ pub(super) fn suspension_viscosity(context: &Context) -> anyhow::Result<Vec<Chec
             thickened(&shear, shear.suspension(bodies, Freedom::Free), CELLS[2] / 4, SEEN)
         })
         .collect();
+    let seen = seen?;
+    draw_thickening(context, &reference, &runs, &seen)?;
     let mut checks = Vec::new();
-    for (row, seen) in reference.iter().zip(seen?.chunks(SEEDS.len())) {
+    for (row, seen) in reference.iter().zip(seen.chunks(SEEDS.len())) {
         let (share, exact) = (row["phi"], row["KD_phim0.60"]);
         let tolerance = if share > 0.35 { "dense" } else { "dilute" };
         let name = format!("viscosity over the fluid's, phi {share}");
@@ -96,6 +100,29 @@ pub(super) fn suspension_viscosity(context: &Context) -> anyhow::Result<Vec<Chec
         checks.push(shown(format!("the same, phi {share}: by the shear rate of the core"), core));
     }
     Ok(checks)
+}
+
+/// As in Figure 2.10 of Svec (2013).
+fn draw_thickening(
+    context: &Context,
+    reference: &[Row],
+    runs: &[(f64, u64)],
+    seen: &[Thickened],
+) -> anyhow::Result<()> {
+    let krieger = reference.iter().map(|row| [row["phi"], row["KD_phim0.60"]]).collect();
+    let points =
+        |of: fn(&Thickened) -> f64| runs.iter().zip(seen).map(|(run, seen)| [run.0, of(seen)]).collect();
+    context.show(&Figure {
+        name: "viscosity",
+        title: "Spheres in shear: viscosity of the mixture",
+        x: Axis::linear("volume fraction"),
+        y: Axis::linear("viscosity over the fluid's"),
+        curves: vec![
+            ("Krieger and Dougherty, largest fraction 0.6".into(), Style::Dashed, krieger),
+            ("by the speed of the walls".into(), Style::Marks, points(|seen| seen.nominal)),
+            ("by the shear rate of the core".into(), Style::Marks, points(|seen| seen.core)),
+        ],
+    })
 }
 
 /// Fibres that go with the fluid but do not turn: the viscosity of the mixture over the fluid's.

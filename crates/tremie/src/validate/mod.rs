@@ -14,6 +14,7 @@ mod channel;
 mod collapse;
 mod control_volume;
 mod drag;
+mod figure;
 mod flow;
 mod invariance;
 mod l_box;
@@ -62,7 +63,7 @@ pub struct Arguments {
     /// Print a JSON list instead of a table
     #[arg(long)]
     json: bool,
-    /// Also write the table and the list into this folder
+    /// Also write the table, the list and figures into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -156,7 +157,7 @@ pub fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
     let Arguments { ids, quick, json, out } = arguments;
     let mut report = Report::new(json);
     for benchmark in BENCHMARKS {
-        let context = Context::new(benchmark)?;
+        let context = Context::new(benchmark, out.as_deref())?;
         let asked = ids.is_empty() || ids.iter().any(|id| id == benchmark.id);
         if !asked || (quick && !context.definition().quick) {
             continue;
@@ -196,7 +197,7 @@ mod tests {
     #[test]
     fn definitions_are_complete_and_cases_are_right() {
         for benchmark in BENCHMARKS {
-            let context = Context::new(benchmark).unwrap();
+            let context = Context::new(benchmark, None).unwrap();
             let definition = context.definition();
             for text in [&definition.title, &definition.what, &definition.why, &definition.reference] {
                 assert!(!text.trim().is_empty(), "{}", benchmark.id);
@@ -217,7 +218,7 @@ mod tests {
     fn what_needs_no_flow_passes() {
         for id in ["scaling", "flow-curves"] {
             let benchmark = BENCHMARKS.iter().find(|b| b.id == id).unwrap();
-            let checks = (benchmark.run)(&Context::new(benchmark).unwrap()).unwrap();
+            let checks = (benchmark.run)(&Context::new(benchmark, None).unwrap()).unwrap();
             assert!(!checks.is_empty());
             for check in checks {
                 assert!(check.passes(), "{id}: {check:?}");
