@@ -91,9 +91,13 @@ pub(super) struct Context<'a> {
 }
 
 impl<'a> Context<'a> {
-    /// `out` is the folder that figures go to, if any.
-    pub(super) fn new(benchmark: &'a Benchmark, out: Option<&'a Path>) -> anyhow::Result<Self> {
-        Ok(Self { benchmark, definition: benchmark.definition()?, out })
+    pub(super) fn new(benchmark: &'a Benchmark) -> anyhow::Result<Self> {
+        Ok(Self { benchmark, definition: benchmark.definition()?, out: None })
+    }
+
+    /// The same with a folder that figures go to, if any.
+    pub(super) fn drawing(self, out: Option<&'a Path>) -> Self {
+        Self { out, ..self }
     }
 
     /// Name of the benchmark.

@@ -144,6 +144,7 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(mixture::dense_contacts, "dense-contacts", "case.toml"),
     benchmark!(mixture::suspension_viscosity, "suspension-viscosity", "case.toml", "reference.csv"),
     benchmark!(mixture::fibre_viscosity, "fibre-viscosity", "case.toml", "reference.csv"),
+    benchmark!(slump::slump_inclusions, "slump-inclusions", "case.toml"),
     benchmark!(slump::slump_spread, "slump-spread", "case.toml", "reference.csv"),
 ];
 
@@ -157,7 +158,7 @@ pub fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
     let Arguments { ids, quick, json, out } = arguments;
     let mut report = Report::new(json);
     for benchmark in BENCHMARKS {
-        let context = Context::new(benchmark, out.as_deref())?;
+        let context = Context::new(benchmark)?.drawing(out.as_deref());
         let asked = ids.is_empty() || ids.iter().any(|id| id == benchmark.id);
         if !asked || (quick && !context.definition().quick) {
             continue;
@@ -197,7 +198,7 @@ mod tests {
     #[test]
     fn definitions_are_complete_and_cases_are_right() {
         for benchmark in BENCHMARKS {
-            let context = Context::new(benchmark, None).unwrap();
+            let context = Context::new(benchmark).unwrap();
             let definition = context.definition();
             for text in [&definition.title, &definition.what, &definition.why, &definition.reference] {
                 assert!(!text.trim().is_empty(), "{}", benchmark.id);
@@ -218,7 +219,7 @@ mod tests {
     fn what_needs_no_flow_passes() {
         for id in ["scaling", "flow-curves"] {
             let benchmark = BENCHMARKS.iter().find(|b| b.id == id).unwrap();
-            let checks = (benchmark.run)(&Context::new(benchmark, None).unwrap()).unwrap();
+            let checks = (benchmark.run)(&Context::new(benchmark).unwrap()).unwrap();
             assert!(!checks.is_empty());
             for check in checks {
                 assert!(check.passes(), "{id}: {check:?}");

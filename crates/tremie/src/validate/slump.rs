@@ -4,11 +4,13 @@ use std::cell::{Cell, RefCell};
 
 use anyhow::anyhow;
 use rayon::prelude::*;
-use tremie_case::{Method, Stepping};
+use tremie_case::{Case, Method, Stepping};
 use tremie_geometry::Motion;
+use tremie_numerics::DVec3;
 use tremie_rheology::FlowCurve;
-use tremie_simulation::Cells;
-use tremie_simulation::gauges::TargetTime;
+use tremie_simulation::gauges::{Readings, TargetTime};
+use tremie_simulation::{Cells, Fluid, Snapshot};
+use tremie_suspension::{Form, Inclusions};
 
 use super::benchmark::{Check, Context, Row, shown};
 use super::flow::{Flow, cell_at, centres};
@@ -60,6 +62,68 @@ fn spread(context: &Context, yield_stress: f64, plastic_viscosity: f64) -> anyho
         context.relative("height", what("height"), "m", row["h0_corr_m"], spread.height)?,
         context.relative("round", what("axes against diagonal"), "m", spread.diagonal, axes)?,
         shown(what(&format!("a thin layer lacks at {:.0} s", readings.time)), layer.missing()),
+    ])
+}
+
+/// A cone of fluid with aggregates and fibres in it, and without.
+pub(super) fn slump_inclusions(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let with = context.case("case.toml")?;
+    let mut without = with.clone();
+    without.groups.clear();
+    without.inclusions = Inclusions::default();
+    let at_rest = |case: Case, what: &str| -> anyhow::Result<(Readings, Snapshot)> {
+        let next = Cell::new(0.0);
+        let mut flow = Flow::new(case);
+        let readings = flow.until_rest(|now| {
+            if now.time >= next.get() {
+                next.set(next.get() + PROGRESS / 5.0);
+                report::progress(&format!("{what}: {:.1} s", now.time));
+            }
+        })?;
+        Ok((readings, flow.simulation.snapshot()))
+    };
+    let (with, snapshot) = at_rest(with, "with aggregates and fibres")?;
+    let (without, _) = at_rest(without, "without")?;
+    let spread = |readings: &Readings| readings.spread.ok_or_else(|| anyhow!("the case has no spread gauge"));
+    let (thick, thin) = (spread(&with)?, spread(&without)?);
+    let (Fluid::Cells(cells), bodies) = (&snapshot.fluid, &snapshot.inclusions);
+    let low = cells.domain[0].z;
+    // How far in cells a place is from all fluid, by the middles of cells around; the surface of fluid that fills half of a cell is at 0.5.
+    let away = |place: DVec3| {
+        let near =
+            (0..7 * 7 * 7).map(|n| DVec3::new((n % 7) as f64, (n / 7 % 7) as f64, (n / 49) as f64) - 3.0);
+        let wet = near.filter(|off| {
+            cell_at(cells, place + cells.size * *off).is_some_and(|cell| cells.fill[cell] > 0.0)
+        });
+        wet.map(DVec3::length).fold(f64::INFINITY, f64::min)
+    };
+    let (mut floor, mut lost, mut out) = (0.0f64, 0, 0.0f64);
+    for (n, &at) in bodies.position.iter().enumerate() {
+        let (reach, diameter) = match *bodies.form(n) {
+            Form::Fibre { length, diameter } => {
+                (0.5 * length * bodies.axis(n).z.abs() + 0.5 * diameter, diameter)
+            }
+            Form::Sphere { diameter } => (0.5 * diameter, diameter),
+            Form::Ellipsoid { .. } => anyhow::bail!("the case has an ellipsoid"),
+        };
+        floor = floor.max((low + reach - at.z) / diameter);
+        lost += usize::from(away(at) > 1.0);
+        for end in bodies.ends(n).into_iter().flatten() {
+            out = out.max(away(end));
+        }
+    }
+    Ok(vec![
+        context.at_least("smaller", "spread without bodies over that with", thin.mean / thick.mean)?,
+        context.at_least("higher", "height with bodies over that without", thick.height / thin.height)?,
+        context.zero("floor", "deepest in the floor, over the diameter", "", floor)?,
+        context.zero("lost", "bodies out of the fluid", "", lost as f64)?,
+        shown("furthest end of a fibre from fluid (0: in it), cells", out),
+        shown("spread with bodies, m", thick.mean),
+        shown("spread without, m", thin.mean),
+        shown("height with bodies, m", thick.height),
+        shown("height without, m", thin.height),
+        shown("at rest with bodies, s", with.time),
+        shown("at rest without, s", without.time),
     ])
 }
 
