@@ -5,7 +5,7 @@
 use tremie_geometry::{Face, Shape};
 use tremie_numerics::DVec3;
 use tremie_suspension::{
-    Amount, AtWalls, ContactLaw, Coupling, Direction, Form, Freedom, Inclusions, Kind, Method, Opening,
+    Amount, AtWalls, ContactLaw, Coupling, Direction, Felt, Form, Freedom, Inclusions, Kind, Method, Opening,
     Order, Periods, Region, Scheme, Wall, Walls, passes, place,
 };
 
@@ -339,6 +339,19 @@ pub(crate) const FOLLOWING: Section<Following> = {
             ("svec", "by the correction of the thesis (Svec 2013, Eq. 3.14)", Coupling::Svec),
         ]),
     );
+    const VISCOSITY: Or<Choice<Felt>> = or(
+        "viscosity",
+        "\"plastic\"",
+        "the viscosity that fibres feel",
+        Choice(&[
+            ("plastic", "the plastic viscosity everywhere", Felt::Plastic),
+            (
+                "apparent",
+                "the apparent viscosity at the shear rate around them: what has not yielded holds them fast",
+                Felt::Apparent,
+            ),
+        ]),
+    );
     const MOTION: Or<Choice<Scheme>> = or(
         "motion",
         "\"implicit\"",
@@ -368,10 +381,11 @@ pub(crate) const FOLLOWING: Section<Following> = {
     const SECTIONS: Maybe<List<Section<FibreSection>>> =
         maybe("section", "planes whose fibres are counted", List(SECTION));
     Section {
-        keys: &[&COUPLING, &MOTION, &RESTITUTION, &FRICTION, &REGION_SIZE, &SECTIONS],
+        keys: &[&COUPLING, &VISCOSITY, &MOTION, &RESTITUTION, &FRICTION, &REGION_SIZE, &SECTIONS],
         example: &["coupling = \"slender\""],
         read: |t| {
             let (.., coupling) = *t.or(&COUPLING)?;
+            let (.., felt) = *t.or(&VISCOSITY)?;
             let (.., scheme) = *t.or(&MOTION)?;
             let restitution = t.or(&RESTITUTION)?;
             if restitution > 1.0 {
@@ -379,7 +393,7 @@ pub(crate) const FOLLOWING: Section<Following> = {
                 return Err(value.fault("must not be above 1", "write 0 for bodies that do not bounce"));
             }
             Ok(Following {
-                method: Method { coupling, scheme, freedom: Freedom::default() },
+                method: Method { coupling, felt, scheme, freedom: Freedom::default() },
                 contact: ContactLaw { restitution, friction: t.or(&FRICTION)? },
                 region: t.maybe(&REGION_SIZE)?,
                 sections: t.maybe(&SECTIONS)?.unwrap_or_default(),

@@ -7,10 +7,11 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 use tremie_numerics::DVec3;
+use tremie_rheology::FlowCurve;
 use tremie_suspension::{Carrier, Periods, Seen, Wall, Walls};
 
 use crate::collision::least_odd;
-use crate::delta::Around;
+use crate::delta::{Around, beyond, mirrored};
 use crate::grid::Grid;
 use crate::lanes::LANES;
 use crate::lattice::{C, Q};
@@ -43,8 +44,7 @@ pub(crate) struct Lattice<'a, T: Real> {
     pub(crate) corner: DVec3,
     /// In m/s2.
     pub(crate) gravity: DVec3,
-    /// Plastic viscosity in Pa s.
-    pub(crate) viscosity: f64,
+    pub(crate) curve: &'a FlowCurve,
 }
 
 impl<T: Real> Lattice<'_, T> {
@@ -65,7 +65,7 @@ impl<T: Real> Carrier for Lattice<'_, T> {
     }
 
     fn line_radius(&self) -> f64 {
-        let inviscid = least_odd(self.scaling.viscosity(self.viscosity)) > 0.0;
+        let inviscid = least_odd(self.scaling.viscosity(self.viscosity())) > 0.0;
         (if inviscid { LINE_RADIUS_INVISCID } else { LINE_RADIUS }) * self.scaling.cell_size
     }
 
@@ -74,7 +74,7 @@ impl<T: Real> Carrier for Lattice<'_, T> {
     }
 
     fn viscosity(&self) -> f64 {
-        self.viscosity
+        self.curve.plastic_viscosity()
     }
 
     fn gravity(&self) -> DVec3 {
@@ -90,6 +90,18 @@ impl<T: Real> Carrier for Lattice<'_, T> {
         self.grid.see_at(&points, seen);
         let unit = self.scaling.velocity_unit();
         seen.par_iter_mut().for_each(|seen| seen.velocity *= unit);
+    }
+
+    fn thicken(&mut self, points: &[DVec3], seen: &mut [Seen]) {
+        let points = self.on_lattice(points);
+        let (grid, curve, unit) = (&*self.grid, self.curve, self.scaling.time_step.recip());
+        let plastic = curve.plastic_viscosity();
+        (points.par_iter(), seen.par_iter_mut()).into_par_iter().with_min_len(CHUNK).for_each(
+            |(at, seen)| {
+                let apparent = curve.viscosity(unit * grid.shear_rate_at(*at));
+                seen.thickening = (apparent / plastic - 1.0).max(0.0);
+            },
+        );
     }
 
     fn push(&mut self, points: &[DVec3], forces: &[DVec3]) {
@@ -204,7 +216,36 @@ impl<T: Real> Grid<T> {
         let share = sum[3].to_f64() / 64.0;
         let velocity = [0, 1, 2].map(|a| sum[a].to_f64() / sum[3].to_f64());
         let inward = if share < 0.5 { self.inward(at) } else { DVec3::ZERO };
-        Seen { velocity: DVec3::from(velocity), share, inward }
+        Seen { velocity: DVec3::from(velocity), share, inward, ..Seen::default() }
+    }
+
+    /// Shear rate sqrt(2 D:D) in lattice units in the cell of a point, by the velocities beside it as far as there is fluid.
+    fn shear_rate_at(&self, at: DVec3) -> f64 {
+        let cell = at.floor().to_array().map(|n| n as i64);
+        let velocity = |axis: usize, step: i64| {
+            let mut cell = cell;
+            cell[axis] += step;
+            let mut mirrors = 0;
+            for a in 0..3 {
+                let (within, flip) = beyond(&self.topology, a, cell[a])?;
+                (cell[a], mirrors) = (within as i64, mirrors | u8::from(flip) << a);
+            }
+            let cell = cell.map(|n| n as usize);
+            let seen = self.immersed.seen[self.slot_at(cell) as usize].as_ref()?;
+            let [x, y, z] = cell.map(|n| n % EDGE);
+            let found = mirrored(seen.row(y + EDGE * z)[x], mirrors).map(T::to_f64);
+            (found[3] > LEAST).then(|| DVec3::new(found[0], found[1], found[2]) / found[3])
+        };
+        let own = velocity(0, 0).unwrap_or_default();
+        let gradient = [0, 1, 2].map(|a| match (velocity(a, -1), velocity(a, 1)) {
+            (Some(before), Some(after)) => 0.5 * (after - before),
+            (Some(before), None) => own - before,
+            (None, Some(after)) => after - own,
+            (None, None) => DVec3::ZERO,
+        });
+        let twice = |a: usize, b: usize| gradient[a][b] + gradient[b][a];
+        let squares = (0..9).map(|n| twice(n / 3, n % 3).powi(2)).sum::<f64>();
+        (0.5 * squares).sqrt()
     }
 
     /// The way from a point outside of the surface into the fluid, as [`Seen`] has it.

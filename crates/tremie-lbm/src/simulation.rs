@@ -223,7 +223,7 @@ impl<T: Real> LatticeBoltzmann<T> {
             scaling: &self.scaling,
             corner: self.case.domain.min,
             gravity: self.case.domain.gravity,
-            viscosity: self.case.material.curve.plastic_viscosity(),
+            curve: &self.case.material.curve,
         };
         // What is seen and pushed has nothing to do with solids.
         let (topology, solids) = (lattice.grid.topology.clone(), std::mem::take(&mut lattice.grid.solids));

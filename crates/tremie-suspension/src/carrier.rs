@@ -11,6 +11,8 @@ pub struct Seen {
     pub share: f64,
     /// Where more air than fluid lies around: the way back, of length 0 at the surface and 1 where there is nothing but air.
     pub inward: DVec3,
+    /// By how much of the plastic viscosity the apparent one is larger; 0 as long as nobody asks ([`Carrier::thicken`]).
+    pub thickening: f64,
 }
 
 /// A fluid that carries inclusions.
@@ -38,6 +40,9 @@ pub trait Carrier {
 
     /// What there is around each point.
     fn see(&mut self, points: &[DVec3], seen: &mut [Seen]);
+
+    /// Finds the thickening around each point, from the shear rate there.
+    fn thicken(&mut self, points: &[DVec3], seen: &mut [Seen]);
 
     /// Pushes the fluid at each point with a force in N, spread over the fluid that [`Carrier::see`] saw from there.
     fn push(&mut self, points: &[DVec3], forces: &[DVec3]);

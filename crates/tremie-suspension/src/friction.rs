@@ -39,6 +39,16 @@ pub enum Coupling {
     Svec,
 }
 
+/// The viscosity by which a yield-stress fluid rubs against what is small against its grain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Felt {
+    /// The plastic viscosity everywhere, as in Svec (2013).
+    #[default]
+    Plastic,
+    /// The apparent viscosity at the shear rate around each point: fluid that does not yield holds fast.
+    Apparent,
+}
+
 /// What couplings depend on, of a carrier at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Medium {
@@ -76,6 +86,16 @@ pub(crate) struct Grip {
     pub(crate) along: f64,
     /// Share of the body's mean drag that it hands to the fluid, whatever the velocities are.
     pub(crate) steady: f64,
+    /// Largest friction across and along, however viscous the fluid is around.
+    pub(crate) most: [f64; 2],
+}
+
+impl Grip {
+    /// Friction across and along in fluid that is more viscous by this share.
+    pub(crate) fn in_thicker(&self, thickening: f64) -> [f64; 2] {
+        let grown = 1.0 + thickening;
+        [(grown * self.across).min(self.most[0]), (grown * self.along).min(self.most[1])]
+    }
 }
 
 /// Share of the mean drag that each step renews.
@@ -97,10 +117,11 @@ pub fn svec_correction(diameter: f64, viscosity: f64) -> f64 {
 }
 
 /// By how many grains the body as which the fluid feels points that fill a volume is larger than that volume, in a fluid of a viscosity in grains and
-/// steps. Measured on spheres 8 grains wide in a periodic box (Hasimoto 1959) for viscosities from 0.02 to 0.3, within 0.01: a force on the fluid's
-/// velocity lets it through by some `sqrt(nu)`, and its weights reach out by more.
-fn overhang(viscosity: f64) -> f64 {
-    0.696 - 2.266 * viscosity.sqrt() + 1.636 * viscosity
+/// steps, for a body with the volume of a sphere of a radius in grains. Measured on spheres 5 and 8 grains wide in a periodic box (Hasimoto 1959) for viscosities from 0.02 to 0.3,
+/// within 0.015: a force on the fluid's velocity lets it through by some `sqrt(nu)`, the more so the rounder the body is, and its weights reach out by more.
+fn overhang(viscosity: f64, radius: f64) -> f64 {
+    let of_eight = 0.696 - 2.266 * viscosity.sqrt() + 1.636 * viscosity;
+    of_eight + (0.03 + 2.4 * viscosity) * (radius.recip() - 0.25)
 }
 
 /// Variance in `grain^2` of the weights with which a point is spread and seen again.
@@ -119,13 +140,19 @@ fn most(medium: &Medium) -> f64 {
 pub(crate) fn grips(form: &Form, coupling: Coupling, medium: &Medium) -> Vec<Grip> {
     match *form {
         Form::Fibre { length, diameter } if diameter < THICKEST * medium.grain => {
-            let friction = per_length(diameter, coupling, medium);
+            let (friction, most) = per_length(diameter, coupling, medium);
             let pieces = (length / medium.grain).round().max(1.0) as usize;
             let piece = length / pieces as f64;
             let grip = |n: usize| {
                 let held = if n == 0 || n == pieces { 0.5 * piece } else { piece };
                 let at = DVec3::Z * (n as f64 * piece - 0.5 * length);
-                Grip { at, across: held * friction[0], along: held * friction[1], steady: 0.0 }
+                Grip {
+                    at,
+                    across: held * friction[0],
+                    along: held * friction[1],
+                    steady: 0.0,
+                    most: most.map(|most| held * most),
+                }
             };
             (0..=pieces).map(grip).collect()
         }
@@ -139,21 +166,21 @@ pub(crate) fn grips(form: &Form, coupling: Coupling, medium: &Medium) -> Vec<Gri
     }
 }
 
-/// Friction of a fibre across and along it, per length, in N s/m2.
-fn per_length(diameter: f64, coupling: Coupling, medium: &Medium) -> [f64; 2] {
+/// Friction of a fibre across and along it, and the largest in thicker fluid, per length, in N s/m2.
+fn per_length(diameter: f64, coupling: Coupling, medium: &Medium) -> ([f64; 2], [f64; 2]) {
     match coupling {
         Coupling::Slender => {
             let missing = (2.0 * medium.line_radius / diameter).ln();
             let across = 4.0 * PI * medium.viscosity / missing;
             let most = most(medium) * medium.density * medium.grain * medium.grain / medium.time_step;
-            [across.min(most), (0.5 * across).min(most)]
+            ([across.min(most), (0.5 * across).min(most)], [most, most])
         }
         Coupling::Svec => {
             let rate = medium.density / medium.time_step;
             let correction = svec_correction(diameter / medium.grain, medium.lattice_viscosity());
             let before = correction * rate * PI / 4.0 * diameter * diameter;
             let friction = 1.0 / (1.0 / before - SELF / (rate * medium.grain * medium.grain));
-            [friction, friction]
+            ([friction, friction], [friction, friction])
         }
     }
 }
@@ -165,7 +192,8 @@ fn ellipsoid(half_axes: DVec3, medium: &Medium) -> Vec<Grip> {
 
 /// Points throughout the volume of a form that lies within `half`; `inside` and `volume` are those of the form within 1.
 fn throughout(half: DVec3, inside: impl Fn(DVec3) -> bool, volume: f64, medium: &Medium) -> Vec<Grip> {
-    let short = overhang(medium.lattice_viscosity()) * medium.grain;
+    let radius = half.element_product().cbrt() / medium.grain;
+    let short = overhang(medium.lattice_viscosity(), radius) * medium.grain;
     // A body smaller than that is a point.
     let half = (half - short).max(half * 0.1);
     let number = [0, 1, 2].map(|a| (2.0 * half[a] / medium.grain).ceil().max(1.0));
@@ -185,7 +213,10 @@ fn throughout(half: DVec3, inside: impl Fn(DVec3) -> bool, volume: f64, medium: 
     let scale = (share / spacing.element_product()).cbrt();
     let zeta = medium.density / medium.time_step * share;
     let steady = 1.0 / grips.len() as f64;
-    grips.into_iter().map(|at| Grip { at: scale * at, across: zeta, along: zeta, steady }).collect()
+    grips
+        .into_iter()
+        .map(|at| Grip { at: scale * at, across: zeta, along: zeta, steady, most: [zeta, zeta] })
+        .collect()
 }
 
 #[cfg(test)]

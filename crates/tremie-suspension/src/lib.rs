@@ -27,7 +27,7 @@ pub use carrier::{Carrier, Seen};
 pub use contact::{ContactLaw, Contacts, Film};
 pub use entrance::{Entrant, Opening, passes};
 pub use form::Form;
-pub use friction::{Coupling, svec_correction};
+pub use friction::{Coupling, Felt, svec_correction};
 pub use inclusions::{Inclusions, Kind};
 pub use motion::Scheme;
 pub use placement::{Amount, AtWalls, Direction, Order, PlacementError, Region, place};

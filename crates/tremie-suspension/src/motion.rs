@@ -92,9 +92,9 @@ impl Dragged<'_> {
         let axis = orientation * DVec3::Z;
         let along = DMat3::from_cols(axis * axis.x, axis * axis.y, axis * axis.z);
         self.grips.iter().zip(self.seen).enumerate().filter(|(_, (_, seen))| seen.share > 0.0).map(
-            move |(n, (grip, _))| {
-                let zeta =
-                    DMat3::from_diagonal(DVec3::splat(grip.across)) + along * (grip.along - grip.across);
+            move |(n, (grip, seen))| {
+                let [across, lengthwise] = grip.in_thicker(seen.thickening);
+                let zeta = DMat3::from_diagonal(DVec3::splat(across)) + along * (lengthwise - across);
                 (n, orientation * grip.at, zeta)
             },
         )

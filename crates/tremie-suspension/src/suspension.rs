@@ -10,7 +10,7 @@
 use rayon::prelude::*;
 use tremie_numerics::DVec3;
 
-use crate::friction::{Coupling, FORGETS, Grip, Medium, grips};
+use crate::friction::{Coupling, FORGETS, Felt, Grip, Medium, grips};
 use crate::motion::{Dragged, Motion, Scheme};
 use crate::neighbours::CHUNK;
 use crate::{Carrier, ContactLaw, Contacts, Film, Inclusions, Periods, Response, Seen, Walls};
@@ -23,6 +23,8 @@ const TOLERANCE: f64 = 1e-6;
 pub struct Method {
     /// How fibres are coupled to the fluid.
     pub coupling: Coupling,
+    /// The viscosity that fibres feel.
+    pub felt: Felt,
     /// How bodies move.
     pub scheme: Scheme,
     /// What they are free to do.
@@ -117,6 +119,9 @@ impl Suspension {
         }
         self.place_points();
         carrier.see(&self.points, &mut self.seen);
+        if self.method.felt == Felt::Apparent {
+            carrier.thicken(&self.points, &mut self.seen);
+        }
         let (step, density) = (carrier.time_step(), carrier.density());
         let gravity = self.gravity.unwrap_or_else(|| carrier.gravity());
         // What comes out of the surface is drawn back, no faster than a grain of fluid falls back by itself.
@@ -283,7 +288,8 @@ impl Suspension {
             }
             let slip = mean.at(arm) - seen.velocity;
             let along = axis * slip.dot(axis);
-            *force = grip.across * (slip - along) + grip.along * along - grip.steady * handed;
+            let [across, lengthwise] = grip.in_thicker(seen.thickening);
+            *force = across * (slip - along) + lengthwise * along - grip.steady * handed;
             drag -= *force;
             torque -= arm.cross(*force);
         }

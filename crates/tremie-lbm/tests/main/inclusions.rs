@@ -3,9 +3,10 @@
 use std::f64::consts::PI;
 
 use tremie_numerics::{DQuat, DVec3};
+use tremie_rheology::FlowCurve;
 use tremie_simulation::{Fluid, Simulation};
 use tremie_suspension::{
-    ContactLaw, Coupling, Form, Freedom, Inclusions, Kind, Method, Periods, Scheme, Suspension,
+    ContactLaw, Coupling, Felt, Form, Freedom, Inclusions, Kind, Method, Periods, Scheme, Suspension,
 };
 
 use crate::{advance, case};
@@ -41,7 +42,12 @@ fn of_kind(form: Form, density: f64) -> Inclusions {
     Inclusions { kinds: vec![Kind { name: "body".into(), form, density }], ..Inclusions::default() }
 }
 
-const HELD: Method = Method { coupling: Coupling::Slender, scheme: Scheme::Implicit, freedom: Freedom::Held };
+const HELD: Method = Method {
+    coupling: Coupling::Slender,
+    felt: Felt::Plastic,
+    scheme: Scheme::Implicit,
+    freedom: Freedom::Held,
+};
 
 /// The drag over that of Faxen (1946; Svec 2013, Eq. 3.12) on a cylinder that is held in the middle of a channel, in units of cells.
 fn drag_between_plates(diameter: f64, viscosity: f64) -> f64 {
@@ -115,6 +121,34 @@ fn a_sphere_is_as_large_as_it_is() {
         let radius = hydrodynamic_radius(diameter, viscosity, (4.0 * diameter) as usize);
         assert!((2.0 * radius / diameter - 1.0).abs() < 0.05, "{diameter} cells, {viscosity}: {radius}");
     }
+}
+
+#[test]
+fn fluid_that_has_not_yielded_holds_a_heavy_fibre_that_feels_its_apparent_viscosity() {
+    let cells = [16, 16, 16];
+    let sinks = |felt: Felt| {
+        let mut case = full(cells, 0.05, DVec3::ZERO, PERIODIC, "f64");
+        case.material.curve = FlowCurve::Bingham { yield_stress: 1e3, plastic_viscosity: 1.0 };
+        let mut inclusions = of_kind(Form::Fibre { length: 6e-3, diameter: 0.1e-3 }, 7850.0);
+        inclusions.add(0, 0, DVec3::splat(8.2e-3), DQuat::from_rotation_arc(DVec3::Z, DVec3::X));
+        let method = Method { felt, ..Method::default() };
+        let periods = periods(cells, [true; 3]);
+        let suspension = Suspension::new(inclusions, method, ContactLaw::default(), DVec3::ZERO, periods);
+        let suspension = suspension.under(-9.81 * DVec3::Z);
+        let mut simulation = tremie_lbm::simulation_with(&case, Some(suspension));
+        advance(&mut *simulation, 200);
+        let snapshot = simulation.snapshot();
+        let Fluid::Cells(cells) = snapshot.fluid;
+        // Against the fluid, which all moves down together: nothing holds a periodic box.
+        let fluid = cells.velocity.iter().map(|u| u.z).sum::<f64>() / cells.velocity.len() as f64;
+        fluid - snapshot.inclusions.velocity[0].z
+    };
+    let [plastic, apparent] = [Felt::Plastic, Felt::Apparent].map(sinks);
+    // Of a fibre that falls across itself through the plastic viscosity alone.
+    let weight = 6850.0 * 9.81 * PI / 4.0 * 1e-8;
+    let slender = weight * (2.0f64 * 1.162 / 0.1).ln() / (4.0 * PI);
+    assert!((plastic / slender - 1.0).abs() < 0.05, "{plastic} {slender}");
+    assert!(apparent > 0.0 && apparent < 0.05 * plastic, "{apparent} {plastic}");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use tremie_case::Case;
 use tremie_numerics::{DQuat, DVec3};
 use tremie_output::picture::{Axis, Style};
-use tremie_suspension::{ContactLaw, Coupling, Form, Freedom, Inclusions, Kind, Method, Scheme, Suspension};
+use tremie_suspension::{ContactLaw, Coupling, Form, Freedom, Inclusions, Kind, Method, Suspension};
 
 use super::benchmark::{Check, Context, shown};
 use super::figure::Figure;
@@ -44,7 +44,7 @@ fn mean(flow: &Flow) -> DVec3 {
 }
 
 fn held(coupling: Coupling) -> Method {
-    Method { coupling, scheme: Scheme::Implicit, freedom: Freedom::Held }
+    Method { coupling, freedom: Freedom::Held, ..Method::default() }
 }
 
 /// Drag per length on a cylinder midway between plates over `mu u_max` (Faxen 1946; Svec 2013, Eq. 3.12), k being its diameter over their distance.
