@@ -22,6 +22,7 @@ mod lcpc_box;
 mod mixture;
 mod momentum;
 mod orbit;
+mod packing;
 mod pipe;
 mod profile;
 mod report;
@@ -144,6 +145,7 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(mixture::dense_contacts, "dense-contacts", "case.toml"),
     benchmark!(mixture::suspension_viscosity, "suspension-viscosity", "case.toml", "reference.csv"),
     benchmark!(mixture::fibre_viscosity, "fibre-viscosity", "case.toml", "reference.csv"),
+    benchmark!(packing::wall_effect, "wall-effect", "reference.csv"),
     benchmark!(slump::slump_inclusions, "slump-inclusions", "case.toml"),
     benchmark!(slump::slump_spread, "slump-spread", "case.toml", "reference.csv"),
 ];
