@@ -20,8 +20,9 @@
 //! whose half-axes are shorter by [`overhang`].
 //!
 //! That friction is finite; so a body under a steady force would slip through the fluid in its place, at `F dt/(rho V)`: in a fluid at rest below its yield
-//! stress a heavy sphere would sink. Therefore these points hand the fluid the mean of the drag over the steps before, whatever the velocities are,
-//! and the friction only what differs from it: under a steady force no slip is left ([`FORGETS`]).
+//! stress a heavy sphere would sink; and fluid in it would turn and be strained, though less than around it. Therefore these points hand the fluid the means of the drag and of its first moment over the
+//! steps before, whatever the velocities are, and the friction only what differs from them ([`FORGETS`]): in steady flow the fluid within a body neither
+//! slips nor turns against it nor is strained, in the mean.
 
 use std::f64::consts::PI;
 
@@ -86,6 +87,8 @@ pub(crate) struct Grip {
     pub(crate) along: f64,
     /// Share of the body's mean drag that it hands to the fluid, whatever the velocities are.
     pub(crate) steady: f64,
+    /// The same for the mean first moment `sum r F`, in the body's axes and 1/m: the inverse of `sum r r`, times r.
+    pub(crate) lever: DVec3,
     /// Largest friction across and along, however viscous the fluid is around.
     pub(crate) most: [f64; 2],
 }
@@ -151,6 +154,7 @@ pub(crate) fn grips(form: &Form, coupling: Coupling, medium: &Medium) -> Vec<Gri
                     across: held * friction[0],
                     along: held * friction[1],
                     steady: 0.0,
+                    lever: DVec3::ZERO,
                     most: most.map(|most| held * most),
                 }
             };
@@ -213,10 +217,14 @@ fn throughout(half: DVec3, inside: impl Fn(DVec3) -> bool, volume: f64, medium: 
     let scale = (share / spacing.element_product()).cbrt();
     let zeta = medium.density / medium.time_step * share;
     let steady = 1.0 / grips.len() as f64;
-    grips
-        .into_iter()
-        .map(|at| Grip { at: scale * at, across: zeta, along: zeta, steady, most: [zeta, zeta] })
-        .collect()
+    // Points lie alike on both sides of all three planes. Along an axis along which all are in the middle there is no moment.
+    let second = scale * scale * grips.iter().map(|at| *at * *at).sum::<DVec3>();
+    let inverse = second.map(|of| if of > 0.0 { of.recip() } else { 0.0 });
+    let grip = |at: DVec3| {
+        let at = scale * at;
+        Grip { at, across: zeta, along: zeta, steady, lever: inverse * at, most: [zeta, zeta] }
+    };
+    grips.into_iter().map(grip).collect()
 }
 
 #[cfg(test)]

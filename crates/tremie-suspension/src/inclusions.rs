@@ -1,6 +1,6 @@
 //! The bodies, as arrays.
 
-use tremie_numerics::{DQuat, DVec3};
+use tremie_numerics::{DMat3, DQuat, DVec3};
 
 use crate::Form;
 
@@ -42,6 +42,8 @@ pub struct Inclusions {
     pub torque: Vec<DVec3>,
     /// Mean of the drag in N over the steps before, the older the less.
     pub mean_drag: Vec<DVec3>,
+    /// The same for the first moment of the forces of the fluid about the centre, `sum r F`, in N m: column c has the forces along axis c.
+    pub mean_moment: Vec<DMat3>,
     /// Bodies and walls that it touched in the last step.
     pub contacts: Vec<u32>,
 }
@@ -70,10 +72,11 @@ impl Inclusions {
         self.drag.push(DVec3::ZERO);
         self.torque.push(DVec3::ZERO);
         self.mean_drag.push(DVec3::ZERO);
+        self.mean_moment.push(DMat3::ZERO);
         self.contacts.push(0);
     }
 
-    /// All that changes, as numbers and labels that can be saved: 22 and 4 for each body.
+    /// All that changes, as numbers and labels that can be saved: 31 and 4 for each body.
     pub fn saved(&self) -> (Vec<f64>, Vec<u32>) {
         let (mut numbers, mut labels) = (Vec::new(), Vec::new());
         for n in 0..self.len() {
@@ -86,6 +89,7 @@ impl Inclusions {
                 self.mean_drag[n],
             ];
             numbers.extend(vectors.iter().flat_map(|vector| vector.to_array()));
+            numbers.extend(self.mean_moment[n].to_cols_array());
             numbers.extend(self.orientation[n].to_array());
             let (id, kind) = (self.id[n], u32::from(self.kind[n]) | u32::from(self.batch[n]) << 16);
             labels.extend([id as u32, (id >> 32) as u32, kind, self.contacts[n]]);
@@ -96,19 +100,20 @@ impl Inclusions {
     /// Puts bodies of the same kinds in place of these, as they were saved; none if that is not what these are.
     pub fn load(&mut self, numbers: &[f64], labels: &[u32]) -> Option<()> {
         let mut new = Self { kinds: std::mem::take(&mut self.kinds), ..Self::default() };
-        let fits = numbers.len().is_multiple_of(22) && numbers.len() / 22 * 4 == labels.len();
-        for (numbers, labels) in numbers.chunks_exact(22).zip(labels.chunks_exact(4)) {
+        let fits = numbers.len().is_multiple_of(31) && numbers.len() / 31 * 4 == labels.len();
+        for (numbers, labels) in numbers.chunks_exact(31).zip(labels.chunks_exact(4)) {
             let vector = |n: usize| DVec3::from_slice(&numbers[3 * n..]);
             let (kind, batch) = (labels[2] as u16, (labels[2] >> 16) as u16);
             if usize::from(kind) >= new.kinds.len() {
                 return None;
             }
-            new.add(kind, batch, vector(0), DQuat::from_slice(&numbers[18..]));
+            new.add(kind, batch, vector(0), DQuat::from_slice(&numbers[27..]));
             let n = new.len() - 1;
             new.id[n] = u64::from(labels[0]) | u64::from(labels[1]) << 32;
             new.contacts[n] = labels[3];
             [new.velocity[n], new.angular_velocity[n]] = [vector(1), vector(2)];
             [new.drag[n], new.torque[n], new.mean_drag[n]] = [vector(3), vector(4), vector(5)];
+            new.mean_moment[n] = DMat3::from_cols_slice(&numbers[18..]);
         }
         new.next = new.id.iter().max().map_or(0, |id| id.saturating_add(1));
         *self = new;
@@ -153,6 +158,7 @@ impl Inclusions {
             drag: picked(&self.drag, order),
             torque: picked(&self.torque, order),
             mean_drag: picked(&self.mean_drag, order),
+            mean_moment: picked(&self.mean_moment, order),
             contacts: picked(&self.contacts, order),
         };
     }

@@ -8,7 +8,7 @@
 //!     d(I w)/dt = sum r_i x Z_i (u_i - v - w x r_i)
 //! ```
 //!
-//! and, in volumes, the mean drag of the steps before shared out among the points; with m and I those of the body's own density (Svec 2013, Eq. 2.19 to 2.21) and K its weight less that of the fluid in its place, since the fluid fills the
+//! and, in volumes, what the points share of the mean drag of the steps before and of its first moment; with m and I those of the body's own density (Svec 2013, Eq. 2.19 to 2.21) and K its weight less that of the fluid in its place, since the fluid fills the
 //! body's volume too. The friction of a fibre in a step is many times its mass; so the step is **implicit**: `(M + dt A) w1 = M w0 + dt (A u + K)`, one system of
 //! six unknowns, stable at any stiffness. The inverse of `M + dt A` is also how the body answers to what it hits in the step ([`Response`]).
 //!
@@ -61,8 +61,27 @@ pub(crate) struct Dragged<'a> {
     pub(crate) seen: &'a [Seen],
     pub(crate) fluid_density: f64,
     pub(crate) gravity: DVec3,
-    /// Drag in N that the fluid has been handed already.
-    pub(crate) mean_drag: DVec3,
+    /// What the fluid is handed whatever its velocities are.
+    pub(crate) handed: Handed,
+}
+
+/// What of the drag of the steps before a body's points feel again, whatever the velocities are.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Handed {
+    /// Mean drag in N.
+    pub(crate) drag: DVec3,
+    /// Mean of its first moment in N m, as [`crate::Inclusions`] has it.
+    pub(crate) moment: DMat3,
+}
+
+impl Handed {
+    /// Force in N on the body at a point.
+    pub(crate) fn at(&self, grip: &Grip, orientation: DQuat) -> DVec3 {
+        if grip.steady == 0.0 {
+            return DVec3::ZERO;
+        }
+        grip.steady * self.drag + self.moment.transpose() * (orientation * grip.lever)
+    }
 }
 
 /// The matrix of the cross product by a vector from the left.
@@ -110,7 +129,7 @@ impl Dragged<'_> {
         let mut angular = spin - step * from.angular_velocity.cross(spin);
         for (n, arm, zeta) in self.held(from.orientation) {
             let (zeta, x) = (step * zeta, cross(arm));
-            let push = zeta * self.seen[n].velocity + step * self.grips[n].steady * self.mean_drag;
+            let push = zeta * self.seen[n].velocity + step * self.handed.at(&self.grips[n], from.orientation);
             p += zeta;
             q -= zeta * x;
             r += x * zeta * x.transpose();
@@ -127,7 +146,8 @@ impl Dragged<'_> {
     fn acceleration(&self, of: &Motion) -> [DVec3; 2] {
         let (mut force, mut moment) = (self.weight(), DVec3::ZERO);
         for (n, arm, zeta) in self.held(of.orientation) {
-            let push = zeta * (self.seen[n].velocity - of.at(arm)) + self.grips[n].steady * self.mean_drag;
+            let push =
+                zeta * (self.seen[n].velocity - of.at(arm)) + self.handed.at(&self.grips[n], of.orientation);
             force += push;
             moment += arm.cross(push);
         }
@@ -234,7 +254,7 @@ mod tests {
             seen,
             fluid_density: 2300.0,
             gravity: GRAVITY,
-            mean_drag: DVec3::ZERO,
+            handed: Handed::default(),
         }
     }
 

@@ -8,10 +8,10 @@
 //! 4. The fluid gets the drag, turned round ([`Carrier::push`]), and the bodies go on.
 
 use rayon::prelude::*;
-use tremie_numerics::DVec3;
+use tremie_numerics::{DMat3, DVec3};
 
 use crate::friction::{Coupling, FORGETS, Felt, Grip, Medium, grips};
-use crate::motion::{Dragged, Motion, Scheme};
+use crate::motion::{Dragged, Handed, Motion, Scheme};
 use crate::neighbours::CHUNK;
 use crate::{Carrier, ContactLaw, Contacts, Film, Inclusions, Periods, Response, Seen, Walls};
 
@@ -141,7 +141,7 @@ impl Suspension {
                     seen: &self.seen[self.firsts[n]..self.firsts[n + 1]],
                     fluid_density: density,
                     gravity,
-                    mean_drag: self.inclusions.mean_drag[n],
+                    handed: self.handed(n),
                 };
                 self.moved(n, &dragged, step)
             })
@@ -256,30 +256,35 @@ impl Suspension {
     /// The drag at each point, turned round, and what comes of it for each body.
     fn react(&mut self) {
         let mut forces = std::mem::take(&mut self.forces);
-        let [mut drags, mut torques] =
-            [&mut self.inclusions.drag, &mut self.inclusions.torque].map(std::mem::take);
+        let bodies = &mut self.inclusions;
+        let (mut drags, mut torques) = (std::mem::take(&mut bodies.drag), std::mem::take(&mut bodies.torque));
+        let mut means: Vec<Handed> = Vec::new();
         forces.resize(self.points.len(), DVec3::ZERO);
-        let own = (drags.par_chunks_mut(CHUNK), torques.par_chunks_mut(CHUNK)).into_par_iter();
-        own.zip(of_chunks(&self.firsts, &mut forces)).enumerate().for_each(
-            |(chunk, ((drags, torques), forces))| {
+        means.resize(drags.len(), Handed::default());
+        let own = (drags.par_chunks_mut(CHUNK), torques.par_chunks_mut(CHUNK), means.par_chunks_mut(CHUNK));
+        own.into_par_iter().zip(of_chunks(&self.firsts, &mut forces)).enumerate().for_each(
+            |(chunk, ((drags, torques, means), forces))| {
                 let mut forces = forces.iter_mut();
-                for (k, (drag, torque)) in drags.iter_mut().zip(torques).enumerate() {
-                    [*drag, *torque] = self.drag(chunk * CHUNK + k, &mut forces);
+                for (k, ((drag, torque), mean)) in drags.iter_mut().zip(torques).zip(means).enumerate() {
+                    (*drag, *torque, *mean) = self.drag(chunk * CHUNK + k, &mut forces);
                 }
             },
         );
         self.forces = forces;
-        let means = self.inclusions.mean_drag.par_iter_mut().zip(&drags).with_min_len(CHUNK);
-        means.for_each(|(mean, drag)| *mean += FORGETS * (*drag - *mean));
-        [self.inclusions.drag, self.inclusions.torque] = [drags, torques];
+        let bodies = &mut self.inclusions;
+        (bodies.drag, bodies.torque) = (drags, torques);
+        (&mut bodies.mean_drag, &mut bodies.mean_moment, means)
+            .into_par_iter()
+            .with_min_len(CHUNK)
+            .for_each(|(drag, moment, mean)| (*drag, *moment) = (mean.drag, mean.moment));
     }
 
-    /// Drag and its moment on a body, and what it does to the fluid at its points.
-    fn drag<'a>(&self, n: usize, forces: &mut impl Iterator<Item = &'a mut DVec3>) -> [DVec3; 2] {
+    /// Drag and its moment on a body, what it hands the fluid in the next step, and what it does to the fluid at its points.
+    fn drag<'a>(&self, n: usize, forces: &mut impl Iterator<Item = &'a mut DVec3>) -> (DVec3, DVec3, Handed) {
         let (mean, turn) = (self.motion(n), self.inclusions.orientation[n]);
         let axis = turn * DVec3::Z;
-        let handed = self.inclusions.mean_drag[n];
-        let (mut drag, mut torque) = (DVec3::ZERO, DVec3::ZERO);
+        let mut handed = self.handed(n);
+        let (mut drag, mut torque, mut moment) = (DVec3::ZERO, DVec3::ZERO, DMat3::ZERO);
         for ((grip, seen), force) in self.grips_of(n).iter().zip(&self.seen[self.firsts[n]..]).zip(forces) {
             let arm = turn * grip.at;
             if seen.share == 0.0 {
@@ -289,11 +294,21 @@ impl Suspension {
             let slip = mean.at(arm) - seen.velocity;
             let along = axis * slip.dot(axis);
             let [across, lengthwise] = grip.in_thicker(seen.thickening);
-            *force = across * (slip - along) + lengthwise * along - grip.steady * handed;
+            *force = across * (slip - along) + lengthwise * along - handed.at(grip, turn);
             drag -= *force;
             torque -= arm.cross(*force);
+            if grip.steady > 0.0 {
+                moment -= DMat3::from_cols(force.x * arm, force.y * arm, force.z * arm);
+            }
         }
-        [drag, torque]
+        handed.drag += FORGETS * (drag - handed.drag);
+        handed.moment += (moment - handed.moment) * FORGETS;
+        (drag, torque, handed)
+    }
+
+    /// What of the drag of the steps before the points of a body feel again.
+    fn handed(&self, n: usize) -> Handed {
+        Handed { drag: self.inclusions.mean_drag[n], moment: self.inclusions.mean_moment[n] }
     }
 }
 
