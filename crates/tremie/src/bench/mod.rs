@@ -63,9 +63,15 @@ enum Id {
     LbmBoxF64,
     /// Slump flow to rest in 5 mm cells, whole domain, in 32 bits
     LbmSlumpF32,
-    /// 50,000 fibres of six cells in a sheared box of 128^3: what a fibre costs in a step
+    /// 1,000 fibres of six cells in a sheared box: what a fibre costs in a step
+    #[value(name = "fibres-1k")]
+    Fibres1k,
+    /// 50,000 fibres as many to the volume, in 128^3 cells
     #[value(name = "fibres-50k")]
     Fibres50k,
+    /// 100,000
+    #[value(name = "fibres-100k")]
+    Fibres100k,
 }
 
 /// A row of the table, an entry of the list.
@@ -123,7 +129,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
             Id::LbmBoxF32 => full_box(Precision::F32)?,
             Id::LbmBoxF64 => full_box(Precision::F64)?,
             Id::LbmSlumpF32 => slump(arguments.quick)?,
-            Id::Fibres50k => fibres()?,
+            Id::Fibres1k => fibres(1_000)?,
+            Id::Fibres50k => fibres(50_000)?,
+            Id::Fibres100k => fibres(100_000)?,
             Id::Bandwidth => continue,
         };
         let entry = Entry::new(name(*id), &work, bandwidth);
@@ -159,9 +167,9 @@ fn full_box(precision: Precision) -> anyhow::Result<Work> {
     pace(&full_box_case(precision)?)
 }
 
-/// The same with fibres, and what they cost.
-fn fibres() -> anyhow::Result<Work> {
-    let case = fibres_case()?;
+/// The same with so many fibres, and what they cost.
+fn fibres(number: usize) -> anyhow::Result<Work> {
+    let case = fibres_case(number)?;
     let without = pace(&Case { groups: Vec::new(), ..case.clone() })?;
     let with = pace(&case)?;
     let step = |work: &Work| work.wet / work.updates_per_second;
@@ -251,9 +259,19 @@ fn full_box_case(precision: Precision) -> anyhow::Result<Case> {
     Ok(case)
 }
 
-/// Each layer of cells starts with the velocity that the shear gives it.
-fn fibres_case() -> anyhow::Result<Case> {
-    let mut case = Case::parse("fibres.toml", include_str!("fibres.toml"))?;
+/// So many fibres in a box that gives each as much room, sheared as fast as the case has it; each layer of cells starts with the velocity that the shear gives it.
+fn fibres_case(number: usize) -> anyhow::Result<Case> {
+    let text = include_str!("fibres.toml");
+    let whole = Case::parse("fibres.toml", text)?;
+    let Method::Lbm(lbm) = &whole.method;
+    let edge = whole.domain.max.x - whole.domain.min.x;
+    let cells = edge / lbm.cell_size * (number as f64 / whole.inclusions.len() as f64).cbrt();
+    let shorter = (cells / 2.0).round() * 2.0 * lbm.cell_size / edge;
+    let text = text
+        .replace("1.28 m", &format!("{} m", 1.28 * shorter))
+        .replace("1 m/s", &format!("{shorter} m/s"))
+        .replace("number = 50000", &format!("number = {number}"));
+    let mut case = Case::parse("fibres.toml", &text)?;
     let Method::Lbm(lbm) = &case.method;
     let (low, high, cell) = (case.domain.min, case.domain.max, lbm.cell_size);
     let layers = case.domain.cells(cell)[2];
