@@ -197,7 +197,7 @@ impl<T: Real> Grid<T> {
             let number = |pencil: &[(usize, Range<usize>)]| pencil.iter().map(|window| window.1.len()).sum();
             let tasks: Vec<_> = pencils.map(|pencil| (pencil, own(number(pencil)))).collect();
             tasks.into_par_iter().for_each_init(Window::new, |window, (pencil, sums)| {
-                see_points(grid, windows, pencil, points, window, sums)
+                see_points(grid, windows, pencil, points, window, sums);
             });
         }
         (points.par_iter(), seen.par_iter_mut(), sorted.rank.par_iter())

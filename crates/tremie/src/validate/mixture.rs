@@ -6,7 +6,7 @@ use tremie_numerics::DVec3;
 use tremie_output::picture::{Axis, Style};
 use tremie_suspension::{Amount, AtWalls, Direction, Form, Freedom, Inclusions, Kind, Order, Suspension};
 
-use super::benchmark::{Check, Context, Row, shown};
+use super::benchmark::{Check, Context, shown};
 use super::figure::Figure;
 use super::flow::lattice;
 use super::shear::{Shear, core_rate, layers, line};
@@ -86,7 +86,7 @@ pub(super) fn suspension_viscosity(context: &Context) -> anyhow::Result<Vec<Chec
         })
         .collect();
     let seen = seen?;
-    draw_thickening(context, &reference, &runs, &seen)?;
+    draw_thickening(context, &runs, &seen)?;
     let mut checks = Vec::new();
     for (row, seen) in reference.iter().zip(seen.chunks(SEEDS.len())) {
         let (share, exact) = (row["phi"], row["KD_phim0.60"]);
@@ -103,13 +103,10 @@ pub(super) fn suspension_viscosity(context: &Context) -> anyhow::Result<Vec<Chec
 }
 
 /// As in Figure 2.10 of Svec (2013).
-fn draw_thickening(
-    context: &Context,
-    reference: &[Row],
-    runs: &[(f64, u64)],
-    seen: &[Thickened],
-) -> anyhow::Result<()> {
-    let krieger = reference.iter().map(|row| [row["phi"], row["KD_phim0.60"]]).collect();
+fn draw_thickening(context: &Context, runs: &[(f64, u64)], seen: &[Thickened]) -> anyhow::Result<()> {
+    // Krieger and Dougherty (1959), with the intrinsic viscosity of spheres, 2.5.
+    let krieger =
+        (0..=40).map(|n| 0.01 * f64::from(n)).map(|phi| [phi, (1.0f64 - phi / 0.6).powf(-1.5)]).collect();
     let points =
         |of: fn(&Thickened) -> f64| runs.iter().zip(seen).map(|(run, seen)| [run.0, of(seen)]).collect();
     context.show(&Figure {
