@@ -121,7 +121,7 @@ pub fn svec_correction(diameter: f64, viscosity: f64) -> f64 {
 
 /// By how many grains the body as which the fluid feels points that fill a volume is larger than that volume, in a fluid of a viscosity in grains and
 /// steps, for a body with the volume of a sphere of a radius in grains. Measured on spheres 5 and 8 grains wide in a periodic box (Hasimoto 1959) for viscosities from 0.02 to 0.3,
-/// within 0.015: a force on the fluid's velocity lets it through by some `sqrt(nu)`, the more so the rounder the body is, and its weights reach out by more.
+/// within 0.02: a force on the fluid's velocity lets it through by some `sqrt(nu)`, the more so the smaller the body is, and its weights reach out by more.
 fn overhang(viscosity: f64, radius: f64) -> f64 {
     let of_eight = 0.696 - 2.266 * viscosity.sqrt() + 1.636 * viscosity;
     of_eight + (0.03 + 2.4 * viscosity) * (radius.recip() - 0.25)

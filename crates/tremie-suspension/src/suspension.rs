@@ -257,33 +257,36 @@ impl Suspension {
     fn react(&mut self) {
         let mut forces = std::mem::take(&mut self.forces);
         let bodies = &mut self.inclusions;
-        let (mut drags, mut torques) = (std::mem::take(&mut bodies.drag), std::mem::take(&mut bodies.torque));
-        let mut means: Vec<Handed> = Vec::new();
+        let mut drags = [&mut bodies.drag, &mut bodies.torque, &mut bodies.mean_drag].map(std::mem::take);
+        let mut moments = std::mem::take(&mut bodies.mean_moment);
         forces.resize(self.points.len(), DVec3::ZERO);
-        means.resize(drags.len(), Handed::default());
-        let own = (drags.par_chunks_mut(CHUNK), torques.par_chunks_mut(CHUNK), means.par_chunks_mut(CHUNK));
-        own.into_par_iter().zip(of_chunks(&self.firsts, &mut forces)).enumerate().for_each(
-            |(chunk, ((drags, torques, means), forces))| {
+        let [one, two, three] = drags.each_mut().map(|of| of.par_chunks_mut(CHUNK));
+        let own = (one, two, three, moments.par_chunks_mut(CHUNK)).into_par_iter();
+        own.zip(of_chunks(&self.firsts, &mut forces)).enumerate().for_each(
+            |(chunk, ((drags, torques, means, moments), forces))| {
                 let mut forces = forces.iter_mut();
-                for (k, ((drag, torque), mean)) in drags.iter_mut().zip(torques).zip(means).enumerate() {
-                    (*drag, *torque, *mean) = self.drag(chunk * CHUNK + k, &mut forces);
+                for k in 0..drags.len() {
+                    let mut handed = Handed { drag: means[k], moment: moments[k] };
+                    [drags[k], torques[k]] = self.drag(chunk * CHUNK + k, &mut handed, &mut forces);
+                    (means[k], moments[k]) = (handed.drag, handed.moment);
                 }
             },
         );
         self.forces = forces;
         let bodies = &mut self.inclusions;
-        (bodies.drag, bodies.torque) = (drags, torques);
-        (&mut bodies.mean_drag, &mut bodies.mean_moment, means)
-            .into_par_iter()
-            .with_min_len(CHUNK)
-            .for_each(|(drag, moment, mean)| (*drag, *moment) = (mean.drag, mean.moment));
+        [bodies.drag, bodies.torque, bodies.mean_drag] = drags;
+        bodies.mean_moment = moments;
     }
 
     /// Drag and its moment on a body, what it hands the fluid in the next step, and what it does to the fluid at its points.
-    fn drag<'a>(&self, n: usize, forces: &mut impl Iterator<Item = &'a mut DVec3>) -> (DVec3, DVec3, Handed) {
+    fn drag<'a>(
+        &self,
+        n: usize,
+        handed: &mut Handed,
+        forces: &mut impl Iterator<Item = &'a mut DVec3>,
+    ) -> [DVec3; 2] {
         let (mean, turn) = (self.motion(n), self.inclusions.orientation[n]);
         let axis = turn * DVec3::Z;
-        let mut handed = self.handed(n);
         let (mut drag, mut torque, mut moment) = (DVec3::ZERO, DVec3::ZERO, DMat3::ZERO);
         for ((grip, seen), force) in self.grips_of(n).iter().zip(&self.seen[self.firsts[n]..]).zip(forces) {
             let arm = turn * grip.at;
@@ -303,7 +306,7 @@ impl Suspension {
         }
         handed.drag += FORGETS * (drag - handed.drag);
         handed.moment += (moment - handed.moment) * FORGETS;
-        (drag, torque, handed)
+        [drag, torque]
     }
 
     /// What of the drag of the steps before the points of a body feel again.
