@@ -88,10 +88,9 @@ impl Contacts {
     ) {
         self.look(bodies);
         let outlines = std::mem::take(&mut self.outlines);
-        // How far a body moves in the step, and its surface by turning.
+        // How far a body moves in the step, and how much nearer to others it may come by turning.
         let ways = |n: usize| {
-            let turn = bodies.angular_velocity[n].length() * outlines[n].reach();
-            (time_step * bodies.velocity[n], time_step * turn)
+            (time_step * bodies.velocity[n], time_step * outlines[n].turns(bodies.angular_velocity[n]))
         };
         self.find(bodies, &outlines, periods, film, ways);
         let mut contacts = Self::together(outlines.len(), |n| {

@@ -66,6 +66,12 @@ impl Outline {
         self.half.length() + self.radius + ellipsoid
     }
 
+    /// How fast in m/s the body may come nearer to others by turning: neither a ball nor a fibre that turns about its axis does.
+    pub(crate) fn turns(&self, angular_velocity: DVec3) -> f64 {
+        let ellipsoid = if self.ellipsoid.is_some() { self.reach() } else { 0.0 };
+        angular_velocity.cross(self.half).length() + ellipsoid * angular_velocity.length()
+    }
+
     /// Point of the surface furthest along n, from the centre; for bodies that are not fibres.
     pub(crate) fn furthest(&self, n: DVec3) -> DVec3 {
         let ball = self.radius * n;

@@ -15,6 +15,9 @@
 //! onto the fibre's velocity, `F = C rho/dt (u* - v) dV` in the fluid's velocity before the force, `C = 5.5 / tf^0.89 + 1`, `tf = d^2/nu` in units of the
 //! lattice: the same in all directions, and for one range of viscosities. It can be chosen, to be compared with.
 //!
+//! About its axis a fibre turns with a friction of `pi mu d^2` per unit length (a cylinder that turns in a fluid at rest: Lamb 1932, 333), or one touch after the other
+//! would set it spinning. The moment that this gives the fluid is too small to be handed on.
+//!
 //! **Other bodies** are forced onto their velocity throughout their volume (direct forcing, Eq. 2.30), at points a grain apart: `zeta = rho dV/dt`. With the
 //! weights that spread a point, such a body drags the fluid along as one that is larger, the more so the less viscous the fluid is: the points fill a body
 //! whose half-axes are shorter by [`overhang`].
@@ -85,6 +88,8 @@ pub(crate) struct Grip {
     /// Friction across the body's z and along it, in N s/m.
     pub(crate) across: f64,
     pub(crate) along: f64,
+    /// Friction about the body's z, in N m s: points in a line do not feel how they turn about it.
+    pub(crate) spin: f64,
     /// Share of the body's mean drag that it hands to the fluid, whatever the velocities are.
     pub(crate) steady: f64,
     /// The same for the mean first moment `sum r F`, in the body's axes and 1/m: the inverse of `sum r r`, times r.
@@ -153,6 +158,7 @@ pub(crate) fn grips(form: &Form, coupling: Coupling, medium: &Medium) -> Vec<Gri
                     at,
                     across: held * friction[0],
                     along: held * friction[1],
+                    spin: held * PI * medium.viscosity * diameter * diameter,
                     steady: 0.0,
                     lever: DVec3::ZERO,
                     most: most.map(|most| held * most),
@@ -222,7 +228,7 @@ fn throughout(half: DVec3, inside: impl Fn(DVec3) -> bool, volume: f64, medium: 
     let inverse = second.map(|of| if of > 0.0 { of.recip() } else { 0.0 });
     let grip = |at: DVec3| {
         let at = scale * at;
-        Grip { at, across: zeta, along: zeta, steady, lever: inverse * at, most: [zeta, zeta] }
+        Grip { at, across: zeta, along: zeta, spin: 0.0, steady, lever: inverse * at, most: [zeta, zeta] }
     };
     grips.into_iter().map(grip).collect()
 }

@@ -17,6 +17,7 @@
 
 use tremie_numerics::{DMat3, DQuat, DVec3};
 
+use crate::distance::outer;
 use crate::friction::Grip;
 use crate::{Form, Response, Seen};
 
@@ -106,10 +107,17 @@ impl Dragged<'_> {
         (self.density - wet * self.fluid_density) * self.form.volume() * self.gravity
     }
 
+    /// Friction about the axis of a body of lines, in a fluid that does not turn about it.
+    fn spin(&self, orientation: DQuat) -> DMat3 {
+        let axis = orientation * DVec3::Z;
+        let wet = self.grips.iter().zip(self.seen).filter(|(_, seen)| seen.share > 0.0);
+        wet.map(|(grip, _)| grip.spin).sum::<f64>() * outer(axis, axis)
+    }
+
     /// Arms and frictions of the points that lie in the fluid, and what the fluid there does.
     fn held(&self, orientation: DQuat) -> impl Iterator<Item = (usize, DVec3, DMat3)> {
         let axis = orientation * DVec3::Z;
-        let along = DMat3::from_cols(axis * axis.x, axis * axis.y, axis * axis.z);
+        let along = outer(axis, axis);
         self.grips.iter().zip(self.seen).enumerate().filter(|(_, (_, seen))| seen.share > 0.0).map(
             move |(n, (grip, seen))| {
                 let [across, lengthwise] = grip.in_thicker(seen.thickening);
@@ -123,7 +131,7 @@ impl Dragged<'_> {
     pub(crate) fn implicit(&self, from: &Motion, step: f64) -> (Motion, Response) {
         let inertia = self.inertia(from.orientation);
         let mut p = DMat3::from_diagonal(DVec3::splat(self.mass()));
-        let (mut q, mut r) = (DMat3::ZERO, inertia);
+        let (mut q, mut r) = (DMat3::ZERO, inertia + step * self.spin(from.orientation));
         let spin = inertia * from.angular_velocity;
         let mut impulse = self.mass() * from.velocity + step * self.weight();
         let mut angular = spin - step * from.angular_velocity.cross(spin);
@@ -144,7 +152,7 @@ impl Dragged<'_> {
 
     /// Acceleration and angular acceleration.
     fn acceleration(&self, of: &Motion) -> [DVec3; 2] {
-        let (mut force, mut moment) = (self.weight(), DVec3::ZERO);
+        let (mut force, mut moment) = (self.weight(), -(self.spin(of.orientation) * of.angular_velocity));
         for (n, arm, zeta) in self.held(of.orientation) {
             let push =
                 zeta * (self.seen[n].velocity - of.at(arm)) + self.handed.at(&self.grips[n], of.orientation);
@@ -301,6 +309,23 @@ mod tests {
         let turns = motion.angular_velocity - axis * motion.angular_velocity.dot(axis);
         let asked = DVec3::new(0.3, -0.5, 0.7);
         assert!((turns - (asked - axis * asked.dot(axis))).length() < 1e-6, "{turns}");
+    }
+
+    #[test]
+    fn a_fibre_that_spins_about_its_axis_is_stopped_by_the_fluid() {
+        let grips = grips(&FIBRE, Coupling::Slender, &medium(1e-6));
+        let turned = DQuat::from_rotation_arc(DVec3::Z, DVec3::new(-0.6, 0.0, 0.8));
+        let axis = turned * DVec3::Z;
+        let seen = seen(&grips, turned, |_| DVec3::ZERO);
+        let still = Dragged { gravity: DVec3::ZERO, ..fibre(&grips, &seen) };
+        // I dw/dt = -pi mu d^2 L w with I = m d^2 / 8.
+        let rate = 8.0 * 30.0 / (STEEL * (0.5 * 0.75e-3_f64).powi(2));
+        let mut motion = Motion { orientation: turned, angular_velocity: 100.0 * axis, ..AT_REST };
+        let exact = still.fehlberg(&motion, 1e-6, 1e-8).angular_velocity.dot(axis);
+        approx::assert_relative_eq!(exact, 100.0 * (-1e-6 * rate).exp(), max_relative = 1e-6);
+        motion = still.implicit(&motion, 1e-6).0;
+        let left = 100.0 / (1.0 + 1e-6 * rate) * axis;
+        assert!((motion.angular_velocity - left).length() < 1e-6, "{}", motion.angular_velocity);
     }
 
     #[test]
