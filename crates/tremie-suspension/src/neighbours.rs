@@ -3,8 +3,9 @@
 //! A long thin fibre in a grid of cells of its own length finds hundreds of others that it will never meet. So fibres are cut into pieces
 //! a few diameters long, every piece lies in the cell of its middle, and pieces in neighbouring cells are compared. Pieces of very
 //! different sizes lie in different grids, each twice as coarse as the one before; a small body looks into the coarser grids,
-//! never the other way. The pairs are those nearer than a skin. They serve until bodies may have moved against each other by as much
-//! (module `regions`).
+//! never the other way. The pairs are those nearer than a skin. They serve until bodies may have moved against each other by as much,
+//! which is known for each region, and the skin is as thick as the motion in the region asks for (module `regions`). Bodies that come later are compared with all
+//! others.
 
 use std::ops::RangeInclusive;
 
@@ -18,14 +19,17 @@ use crate::regions::Regions;
 /// Steps that a list of pairs lasts, if it may.
 const LASTS: f64 = 16.0;
 
+/// Bodies that come later are compared with all others as long as they are less than one in so many of them.
+const FEW: usize = 64;
+
 /// Bodies in one piece of parallel work.
 pub(crate) const CHUNK: usize = 256;
 
 /// Pairs of bodies that may touch.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Neighbours {
-    /// What the list holds: pairs nearer than this, in m, when it was made.
-    skin: f64,
+    /// What the list holds: pairs nearer than this, in m, when it was made, for a body of each region.
+    skins: Vec<f64>,
     /// Centres and half segments when it was made.
     then: Vec<(DVec3, DVec3)>,
     /// How far centres have moved since, and ends against these, in m.
@@ -37,8 +41,8 @@ pub(crate) struct Neighbours {
     starts: Vec<u32>,
     /// Partners, each pair once, with the body that has the smaller pieces or comes first; and how far away they were then, in m.
     partners: Vec<(u32, f64)>,
-    /// How near in m partners count.
-    range: f64,
+    /// How near in m partners count, of a body of each region.
+    ranges: Vec<f64>,
 }
 
 impl Neighbours {
@@ -46,9 +50,10 @@ impl Neighbours {
     pub(crate) fn of(&self, n: usize) -> impl Iterator<Item = u32> {
         let partners = &self.partners[self.starts[n] as usize..self.starts[n + 1] as usize];
         let (way, turn) = self.moved[n];
+        let range = self.ranges[self.regions.homes[n] as usize];
         partners.iter().filter_map(move |&(partner, away)| {
             let (other, turned) = self.moved[partner as usize];
-            let near = self.range + turn + turned;
+            let near = range + turn + turned;
             (away < near || away < near + (way - other).length()).then_some(partner)
         })
     }
@@ -68,21 +73,27 @@ impl Neighbours {
         spare: RangeInclusive<f64>,
         ways: impl Fn(usize) -> (DVec3, f64) + Sync,
     ) {
-        if self.ids == ids {
-            outlines
-                .par_iter()
-                .zip(&self.then)
+        let known = self.ids.len();
+        if known > 0 && ids.starts_with(&self.ids) && (ids.len() - known) * FEW <= known {
+            (outlines[..known].par_iter(), &self.then)
+                .into_par_iter()
                 .with_min_len(CHUNK)
                 .map(|(now, then)| {
                     // Ellipsoids are found by their outer sphere, which does not turn.
                     (periods.shortest(now.centre - then.0), (now.half - then.1).length())
                 })
                 .collect_into_vec(&mut self.moved);
+            for n in known..ids.len() {
+                self.add(n, outlines, periods, halo);
+            }
+            self.ids.extend_from_slice(&ids[known..]);
             let furthest = self.moved.iter().map(|moved| moved.0.length() + moved.1).fold(0.0, f64::max);
             if furthest < self.regions.allowed {
-                self.range = range + self.regions.against_each_other(&ways);
+                self.ranges = self.regions.against_each_other(&ways);
+                self.ranges.iter_mut().for_each(|own| *own += range);
                 let moved = self.regions.against_each_other(|n| self.moved[n]);
-                if self.range + moved <= self.skin {
+                let mut all = self.ranges.iter().zip(&moved).zip(&self.skins);
+                if all.all(|((range, moved), skin)| range + moved <= *skin) {
                     return;
                 }
             }
@@ -93,9 +104,10 @@ impl Neighbours {
         // The list will hardly last longer than this.
         let allowed = (LASTS * furthest).max(*spare.end());
         self.regions = Regions::new(outlines, periods, widest + 2.0 * halo, allowed);
-        let way = self.regions.against_each_other(ways);
-        self.range = range + way;
-        self.skin = self.range + (LASTS * way).clamp(*spare.start(), *spare.end());
+        let ways = self.regions.against_each_other(ways);
+        self.ranges = ways.iter().map(|way| range + way).collect();
+        let skin = |way: &f64| range + way + (LASTS * way).clamp(*spare.start(), *spare.end());
+        self.skins = ways.iter().map(skin).collect();
         self.ids.clear();
         self.ids.extend_from_slice(ids);
         self.then.clear();
@@ -105,8 +117,39 @@ impl Neighbours {
         self.search(outlines, periods, halo);
     }
 
+    /// Adds a body after those that are there, by comparing it with all of them.
+    ///
+    /// It counts as having moved as the nearest of them has: so what it moves against those that it came with stays little.
+    fn add(&mut self, n: usize, outlines: &[Outline], periods: &Periods, halo: f64) {
+        let new = &outlines[n];
+        let way = |other: usize| periods.shortest(outlines[other].centre - new.centre);
+        let nearest = (0..n).min_by(|a, b| way(*a).length_squared().total_cmp(&way(*b).length_squared()));
+        let way_before = nearest.map_or(DVec3::ZERO, |other| self.moved[other].0);
+        self.then.push((new.centre - way_before, new.half));
+        self.moved.push((way_before, 0.0));
+        self.regions.add(&outlines[n..=n]);
+        let skin = self.skins[self.regions.homes[n] as usize];
+        let reach = new.reach() + halo + skin;
+        for other in 0..n {
+            let q = &outlines[other];
+            let way = way(other);
+            let (before, turned) = self.moved[other];
+            // As if it had been there from the beginning, and they had come towards each other ever since.
+            let since = (before - way_before).length() + turned;
+            if way.length_squared() < (reach + q.reach() + halo + since).powi(2) {
+                let away = between(new, q, way, halo) - since;
+                if away < skin {
+                    self.partners.push((other as u32, away));
+                }
+            }
+        }
+        self.starts.push(self.partners.len() as u32);
+    }
+
     fn search(&mut self, outlines: &[Outline], periods: &Periods, halo: f64) {
-        let skin = self.skin;
+        // Grids are as fine as the thinnest skin asks for, and bodies with a thicker one look further.
+        let skin = self.skins.iter().copied().fold(f64::INFINITY, f64::min);
+        let skins = |n: usize| self.skins[self.regions.homes[n] as usize];
         let cuts: Vec<Cut> =
             outlines.par_iter().with_min_len(CHUNK).map(|outline| Cut::of(outline, halo, skin)).collect();
         let smallest = cuts.iter().map(|cut| cut.reach).fold(f64::INFINITY, f64::min);
@@ -126,15 +169,16 @@ impl Neighbours {
                 let (mut counts, mut partners, mut near) = (Vec::new(), Vec::new(), Vec::<u32>::new());
                 for n in chunk * CHUNK..((chunk + 1) * CHUNK).min(outlines.len()) {
                     near.clear();
+                    let skin = skins(n);
                     let (outline, cut) = (&outlines[n], &cuts[n]);
                     for piece in cut.pieces(outline) {
                         for (coarse, grid) in grids.iter().enumerate().skip(usize::from(levels[n])) {
                             let Some(grid) = grid else { continue };
                             let after = if coarse == usize::from(levels[n]) { n as i64 } else { -1 };
-                            let away = (cut.reach + skin + grid.reach).powi(2);
-                            grid.around(piece, |other| {
+                            let away = cut.reach + skin + grid.reach;
+                            grid.around(piece, away, |other| {
                                 if i64::from(other.body) > after
-                                    && periods.shortest(other.at - piece).length_squared() < away
+                                    && periods.shortest(other.at - piece).length_squared() < away * away
                                 {
                                     near.push(other.body);
                                 }
@@ -147,11 +191,7 @@ impl Neighbours {
                     let before = partners.len();
                     partners.extend(near.iter().filter_map(|&other| {
                         let q = &outlines[other as usize];
-                        let way = periods.shortest(q.centre - outline.centre);
-                        let (s, t) = nearest_of_segments(outline.half, q.half, way);
-                        let away = (way + t * q.half - s * outline.half).length()
-                            - size(outline, halo)
-                            - size(q, halo);
+                        let away = between(outline, q, periods.shortest(q.centre - outline.centre), halo);
                         (away < skin).then_some((other, away))
                     }));
                     counts.push((partners.len() - before) as u32);
@@ -171,6 +211,12 @@ impl Neighbours {
             self.partners.extend::<Vec<(u32, f64)>>(partners);
         }
     }
+}
+
+/// Distance in m between two bodies whose centres are `way` apart, or between what others feel of them.
+fn between(p: &Outline, q: &Outline, way: DVec3, halo: f64) -> f64 {
+    let (s, t) = nearest_of_segments(p.half, q.half, way);
+    (way + t * q.half - s * p.half).length() - size(p, halo) - size(q, halo)
 }
 
 /// Distance in m from a body's segment or centre at which others feel it.
@@ -228,7 +274,7 @@ struct Grid {
 }
 
 impl Grid {
-    /// Of the pieces of some bodies. All that is within reach of a piece that is no larger than these is in the 27 cells around it.
+    /// Of the pieces of some bodies. A cell is about as wide as pieces of this size and a skin reach.
     fn new(members: &[u32], outlines: &[Outline], cuts: &[Cut], skin: f64, periods: &Periods) -> Self {
         let loose: Vec<Piece> = members
             .iter()
@@ -306,26 +352,28 @@ impl Grid {
         if inside || self.periods.0[axis].is_none() { cell } else { cell.rem_euclid(self.cells[axis] as i64) }
     }
 
-    /// The cells from one before to one after that of a coordinate, as up to two ranges.
-    fn beside(&self, axis: usize, at: f64) -> [std::ops::Range<usize>; 2] {
+    /// The cells that are nearer than `within` in m to a coordinate, as up to two ranges.
+    fn beside(&self, axis: usize, at: f64, within: f64) -> [std::ops::Range<usize>; 2] {
         let (cell, cells) = (self.place(axis, at), self.cells[axis] as i64);
+        let far = ((within * self.inverse[axis]) as i64).min(cells) + 1;
         let range = |low: i64, high: i64| low.clamp(0, cells) as usize..high.clamp(0, cells) as usize;
+        let (low, high) = (cell.saturating_sub(far), cell.saturating_add(far + 1));
         if self.periods.0[axis].is_none() {
-            [range(cell.saturating_sub(1), cell.saturating_add(2)), 0..0]
-        } else if cells <= 3 {
+            [range(low, high), 0..0]
+        } else if cells <= 2 * far + 1 {
             [range(0, cells), 0..0]
-        } else if cell == 0 {
-            [range(0, 2), range(cells - 1, cells)]
+        } else if low < 0 {
+            [range(0, high), range(cells + low, cells)]
         } else {
-            [range(cell - 1, cell + 2), range(0, cell + 2 - cells)]
+            [range(low, high), range(0, high - cells)]
         }
     }
 
-    /// All pieces in the 27 cells around a point.
-    fn around(&self, at: DVec3, mut visit: impl FnMut(&Piece)) {
-        let rows = self.beside(0, at.x);
-        for z in self.beside(2, at.z).into_iter().flatten() {
-            for y in self.beside(1, at.y).into_iter().flatten() {
+    /// All pieces that are nearer than `within` in m to a point, and others around it.
+    fn around(&self, at: DVec3, within: f64, mut visit: impl FnMut(&Piece)) {
+        let rows = self.beside(0, at.x, within);
+        for z in self.beside(2, at.z, within).into_iter().flatten() {
+            for y in self.beside(1, at.y, within).into_iter().flatten() {
                 let row = self.cells[0] * (y + self.cells[1] * z);
                 for x in &rows {
                     let (from, to) = (self.starts[row + x.start], self.starts[row + x.end.max(x.start)]);
