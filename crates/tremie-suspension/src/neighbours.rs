@@ -147,9 +147,9 @@ impl Neighbours {
     }
 
     fn search(&mut self, outlines: &[Outline], periods: &Periods, halo: f64) {
-        // Grids are as fine as the thinnest skin asks for, and bodies with a thicker one look further.
-        let skin = self.skins.iter().copied().fold(f64::INFINITY, f64::min);
+        // Grids are as fine as the mean skin asks for, and bodies with a thicker one look further.
         let skins = |n: usize| self.skins[self.regions.homes[n] as usize];
+        let skin = (0..outlines.len()).map(skins).sum::<f64>() / outlines.len().max(1) as f64;
         let cuts: Vec<Cut> =
             outlines.par_iter().with_min_len(CHUNK).map(|outline| Cut::of(outline, halo, skin)).collect();
         let smallest = cuts.iter().map(|cut| cut.reach).fold(f64::INFINITY, f64::min);
