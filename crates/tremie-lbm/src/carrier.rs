@@ -8,7 +8,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 use tremie_numerics::DVec3;
 use tremie_rheology::FlowCurve;
-use tremie_suspension::{Carrier, Periods, Seen, Wall, Walls};
+use tremie_suspension::{Carrier, Flat, Periods, Seen, Wall, Walls};
 
 use crate::collision::least_odd;
 use crate::delta::{Around, beyond, mirrored};
@@ -114,38 +114,40 @@ impl<T: Real> Carrier for Lattice<'_, T> {
 
 /// What bodies can touch: solids, walls of the domain, and planes of symmetry, beyond which their mirror images are.
 pub(crate) struct Sides<'a> {
-    pub(crate) topology: &'a Topology,
-    pub(crate) solids: &'a Solids,
+    solids: &'a Solids,
+    flat: Vec<Flat>,
     /// Velocity in m/s of what moves a cell in a step.
-    pub(crate) unit: f64,
+    unit: f64,
 }
 
-impl Walls for Sides<'_> {
-    fn nearest(&self, at: DVec3, within: f64) -> Option<Wall> {
-        let solid = self.solids.nearest_to(at, within);
-        let wall = |(distance, normal, velocity): (f64, DVec3, DVec3)| Wall {
-            distance,
-            normal,
-            velocity: self.unit * velocity,
-        };
-        let mut found = solid.map(wall);
-        let at = at - self.solids.corner();
-        for (axis, sides) in self.topology.sides.iter().enumerate() {
-            let end = self.topology.cells[axis] as f64 * self.solids.size();
-            for (side, distance, normal) in
-                [(sides[0], at[axis], DVec3::AXES[axis]), (sides[1], end - at[axis], -DVec3::AXES[axis])]
-            {
+impl<'a> Sides<'a> {
+    pub(crate) fn new(topology: &Topology, solids: &'a Solids, unit: f64) -> Self {
+        let mut flat = Vec::new();
+        for (axis, sides) in topology.sides.iter().enumerate() {
+            let low = solids.corner()[axis];
+            let high = low + topology.cells[axis] as f64 * solids.size();
+            let along = DVec3::AXES[axis];
+            for (side, normal, place) in [(sides[0], along, low), (sides[1], -along, -high)] {
                 let velocity = match side {
-                    Boundary::Wall(velocity) => self.unit * DVec3::from(velocity),
+                    Boundary::Wall(velocity) => unit * DVec3::from(velocity),
                     Boundary::Symmetry => DVec3::ZERO,
                     Boundary::Periodic | Boundary::Open => continue,
                 };
-                if distance < found.map_or(within, |wall| wall.distance) {
-                    found = Some(Wall { distance, normal, velocity });
-                }
+                flat.push(Flat { normal, place, velocity });
             }
         }
-        found
+        Self { solids, flat, unit }
+    }
+}
+
+impl Walls for Sides<'_> {
+    fn flat(&self) -> &[Flat] {
+        &self.flat
+    }
+
+    fn nearest(&self, at: DVec3, within: f64) -> Option<Wall> {
+        let (distance, normal, velocity) = self.solids.nearest_to(at, within)?;
+        Some(Wall { distance, normal, velocity: self.unit * velocity })
     }
 }
 

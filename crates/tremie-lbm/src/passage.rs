@@ -7,7 +7,7 @@
 use tremie_case::{Case, Domain, Incoming};
 use tremie_geometry::Face;
 use tremie_numerics::DVec3;
-use tremie_suspension::{Entrant, Film, Inclusions, Kind, Opening, Wall, Walls};
+use tremie_suspension::{Entrant, Film, Flat, Inclusions, Kind, Opening, Wall, Walls};
 
 use crate::carrier::Sides;
 use crate::grid::Grid;
@@ -138,11 +138,7 @@ impl Passage {
                 face,
                 domain: &case.domain,
                 grid,
-                sides: Sides {
-                    topology: &grid.topology,
-                    solids: &grid.solids,
-                    unit: scaling.velocity_unit(),
-                },
+                sides: Sides::new(&grid.topology, &grid.solids, scaling.velocity_unit()),
             };
             while *given < due {
                 let came = (0..TRIES).any(|_| {
@@ -172,6 +168,10 @@ struct Mouth<'a, T: Real> {
 }
 
 impl<T: Real> Walls for Mouth<'_, T> {
+    fn flat(&self) -> &[Flat] {
+        self.sides.flat()
+    }
+
     fn nearest(&self, at: DVec3, within: f64) -> Option<Wall> {
         let (distance, normal) = self.face.rim(at);
         let wall = self.sides.nearest(at, within);

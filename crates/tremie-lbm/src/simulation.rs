@@ -228,7 +228,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         // What is seen and pushed has nothing to do with solids.
         let (topology, solids) = (lattice.grid.topology.clone(), std::mem::take(&mut lattice.grid.solids));
         let unit = self.scaling.velocity_unit();
-        suspension.step(&mut lattice, &Sides { topology: &topology, solids: &solids, unit });
+        suspension.step(&mut lattice, &Sides::new(&topology, &solids, unit));
         self.grid.solids = solids;
     }
 

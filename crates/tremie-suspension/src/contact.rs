@@ -63,6 +63,9 @@ pub struct Contacts {
     law: ContactLaw,
     neighbours: Neighbours,
     outlines: Vec<Outline>,
+    /// Pairs that were close in the last round of moving apart, by their distance over the lesser diameter; and whom it has moved.
+    close: Vec<(f64, (u32, u32))>,
+    stirred: Vec<bool>,
     /// Who met in this step and is to bounce after it.
     bounces: Vec<Contact>,
 }
@@ -93,8 +96,7 @@ impl Contacts {
             (time_step * bodies.velocity[n], time_step * outlines[n].turns(bodies.angular_velocity[n]))
         };
         self.find(bodies, &outlines, periods, film, ways);
-        let mut contacts = Self::together(outlines.len(), |n| {
-            let mut found = Vec::new();
+        let mut contacts = self.together(|n, touches, found| {
             let own = ways(n);
             for other in self.neighbours.of(n) {
                 let other_own = ways(other as usize);
@@ -128,18 +130,13 @@ impl Contacts {
                     });
                 }
             }
-            found
-        });
-        contacts.extend(Self::together(outlines.len(), |n| {
             let outline = &outlines[n];
             let round = outline.is_sphere();
             // What walls do themselves in a step is less than a fifth of a grain, or the fluid could not follow.
-            let (way, turn) = ways(n);
-            let own = way.length() + turn + 0.2 * film.grain + WATCH * outline.thickness;
+            let own = own.0.length() + own.1 + 0.2 * film.grain + WATCH * outline.thickness;
             let margin = if round { own.max(film.width()) } else { own };
-            let mut touches: Vec<Touch> = Vec::new();
-            near_walls(outline, walls, margin, &mut touches);
-            let contact = |touch: Touch| Contact {
+            near_walls(outline, walls, margin, touches);
+            found.extend(touches.iter().map(|touch| Contact {
                 bodies: (n as u32, WALL),
                 normal: -touch.normal,
                 arms: (touch.at, DVec3::ZERO),
@@ -148,9 +145,8 @@ impl Contacts {
                 least: -touch.distance.max(0.0) / time_step,
                 squeezed: if round { squeeze(film, outline.radius, touch.distance) } else { 0.0 },
                 thickness: outline.thickness,
-            };
-            touches.into_iter().map(contact).collect()
-        }));
+            }));
+        });
         self.outlines = outlines;
         contacts.par_sort_by_key(|contact| ids(bodies, contact.bodies));
         let pushed = impulse::resolve(&contacts, bodies, responses, self.law.friction, time_step);
@@ -181,12 +177,15 @@ impl Contacts {
     ) -> f64 {
         impulse::resolve(&self.bounces, bodies, responses, self.law.friction, time_step);
         self.bounces.clear();
-        let mut left = f64::INFINITY;
+        let mut left = self.push(bodies, responses, walls, periods, film);
         // What was pushed may meet others that were not near before.
-        for _ in 0..separation::ROUNDS {
+        for _ in 1..separation::ROUNDS {
+            if left <= separation::ALLOWED {
+                break;
+            }
             let before = left;
-            left = self.push(bodies, responses, walls, periods, film);
-            if left <= separation::ALLOWED || left > 0.99 * before {
+            left = self.push_again(bodies, responses, walls, periods, film);
+            if left > 0.99 * before {
                 break;
             }
         }
@@ -202,31 +201,51 @@ impl Contacts {
         periods: &Periods,
         film: Film,
     ) -> f64 {
+        self.close.clear();
+        self.stirred.clear();
+        self.stirred.resize(bodies.len(), true);
         self.look(bodies);
+        self.push_again(bodies, responses, walls, periods, film)
+    }
+
+    /// The same, asking anew only for what the last round has moved.
+    fn push_again(
+        &mut self,
+        bodies: &mut Inclusions,
+        responses: &[Response],
+        walls: &impl Walls,
+        periods: &Periods,
+        film: Film,
+    ) -> f64 {
         let mut outlines = std::mem::take(&mut self.outlines);
         self.find(bodies, &outlines, periods, film, |_| (DVec3::ZERO, 0.0));
-        let mut close = Self::together(outlines.len(), |n| {
-            let near = |other: u32| {
+        let stirred = &self.stirred;
+        let found = self.together(|n, touches, close| {
+            for other in self.neighbours.of(n).filter(|other| stirred[n] || stirred[*other as usize]) {
                 let (a, b) = ordered(bodies, n as u32, other);
                 let (p, q) = (&outlines[a as usize], &outlines[b as usize]);
                 let met = gap(p, q, periods.shortest(q.centre - p.centre));
                 let share = met.distance / p.thickness.min(q.thickness);
-                (share < WATCH).then_some((share, (a, b)))
-            };
-            self.neighbours.of(n).filter_map(near).collect()
+                if share < WATCH {
+                    close.push((share, (a, b)));
+                }
+            }
+            if stirred[n] {
+                near_walls(&outlines[n], walls, WATCH * outlines[n].thickness, touches);
+                let least = touches.iter().map(|touch| touch.distance).reduce(f64::min);
+                close.extend(least.map(|distance| (distance / outlines[n].thickness, (n as u32, WALL))));
+            }
         });
-        close.extend(Self::together(outlines.len(), |n| {
-            let mut touches = Vec::new();
-            near_walls(&outlines[n], walls, WATCH * outlines[n].thickness, &mut touches);
-            let least = touches.iter().map(|touch| touch.distance).reduce(f64::min);
-            least.map(|distance| (distance / outlines[n].thickness, (n as u32, WALL))).into_iter().collect()
-        }));
+        let mut close = std::mem::take(&mut self.close);
+        close.retain(|&(_, (a, b))| !stirred[a as usize] && (b == WALL || !stirred[b as usize]));
+        close.extend(found);
         let worst = close.iter().map(|(share, _)| -share).fold(0.0, f64::max);
         if worst > separation::ALLOWED {
             close.par_sort_by_key(|&(_, pair)| ids(bodies, pair));
-            let pairs: Vec<(u32, u32)> = close.into_iter().map(|(_, pair)| pair).collect();
-            separation::push_apart(&pairs, bodies, &mut outlines, responses, walls, periods);
+            let pairs: Vec<(u32, u32)> = close.iter().map(|(_, pair)| *pair).collect();
+            self.stirred = separation::push_apart(&pairs, bodies, &mut outlines, responses, walls, periods);
         }
+        self.close = close;
         self.outlines = outlines;
         worst
     }
@@ -267,11 +286,18 @@ impl Contacts {
         );
     }
 
-    /// What is found for each body, in their order.
-    fn together<T: Send>(number: usize, of: impl Fn(usize) -> Vec<T> + Sync) -> Vec<T> {
+    /// What is found for each body, in their order; with room for what it touches of walls.
+    fn together<T: Send>(&self, of: impl Fn(usize, &mut Vec<Touch>, &mut Vec<T>) + Sync) -> Vec<T> {
+        let number = self.neighbours.len();
         let chunks: Vec<Vec<T>> = (0..number.div_ceil(CHUNK))
             .into_par_iter()
-            .map(|chunk| (chunk * CHUNK..((chunk + 1) * CHUNK).min(number)).flat_map(&of).collect())
+            .map(|chunk| {
+                let (mut touches, mut found) = (Vec::new(), Vec::new());
+                for n in chunk * CHUNK..((chunk + 1) * CHUNK).min(number) {
+                    of(n, &mut touches, &mut found);
+                }
+                found
+            })
             .collect();
         chunks.into_iter().flatten().collect()
     }

@@ -33,4 +33,4 @@ pub use motion::Scheme;
 pub use placement::{Amount, AtWalls, Direction, Order, PlacementError, Region, place};
 pub use response::Response;
 pub use suspension::{Freedom, Method, Suspension};
-pub use walls::{Periods, Wall, Walls};
+pub use walls::{Flat, Periods, Wall, Walls};

@@ -1,6 +1,6 @@
-//! Where a body is near walls, which are known by their signed distance only.
+//! Where a body is near walls.
 //!
-//! The distance changes by no more than the way walked, so that along a fibre's segment it is safe to step by how far away the wall is
+//! Planes are nearest to the ends of a fibre, and to the point of an ellipsoid furthest against their normal. Other walls are known by their signed distance only. The distance changes by no more than the way walked, so that along a fibre's segment it is safe to step by how far away the wall is
 //! (sphere tracing, Hart 1996): no bar is missed, however long the fibre. What counts are the ends, and points between them
 //! where the distance has a minimum. Where several walls meet, the nearest hides the others; therefore a body that has found one is moved
 //! off it, asks again, and takes what it finds as a plane.
@@ -29,6 +29,28 @@ const SAME: f64 = 0.9;
 /// All points of a body that are within `margin` of walls, wall by wall.
 pub(crate) fn near_walls(body: &Outline, walls: &impl Walls, margin: f64, touches: &mut Vec<Touch>) {
     touches.clear();
+    for flat in walls.flat() {
+        let middle = flat.distance(body.centre);
+        if middle - body.extent(flat.normal) > margin {
+            continue;
+        }
+        let mut keep = |offset: DVec3, radius: f64| {
+            let distance = middle + offset.dot(flat.normal) - radius;
+            if distance <= margin {
+                let at = offset - (radius + 0.5 * distance) * flat.normal;
+                touches.push(Touch { distance, normal: flat.normal, at, velocity: flat.velocity });
+            }
+        };
+        if body.ellipsoid.is_some() {
+            keep(body.furthest(-flat.normal), 0.0);
+        } else {
+            keep(-body.half, body.radius);
+            if body.half != DVec3::ZERO {
+                keep(body.half, body.radius);
+            }
+        }
+    }
+    let planes = touches.len();
     let half = body.half.length();
     // Most bodies are far from all walls.
     let reach = if body.ellipsoid.is_some() { body.reach() } else { half + body.radius };
@@ -44,7 +66,7 @@ pub(crate) fn near_walls(body: &Outline, walls: &impl Walls, margin: f64, touche
             let same = |touch: &Touch| {
                 touch.normal.dot(wall.normal) > SAME && (touch.at - at).length() < body.thickness
             };
-            if distance <= margin && !touches[..known].iter().any(same) {
+            if distance <= margin && !touches[planes..known].iter().any(same) {
                 touches.push(Touch { distance, normal: wall.normal, at, velocity: wall.velocity });
             }
         };
@@ -64,7 +86,7 @@ pub(crate) fn near_walls(body: &Outline, walls: &impl Walls, margin: f64, touche
         for new in known..touches.len() {
             let Touch { normal, distance, .. } = touches[new];
             // Far enough that a wall at 60 degrees or more to this one is nearer now, if it is within the margin at all.
-            if !touches[..new].iter().any(|touch| touch.normal.dot(normal) > SAME) {
+            if !touches[planes..new].iter().any(|touch| touch.normal.dot(normal) > SAME) {
                 off += 2.0 * (margin - distance) * normal;
             }
         }
@@ -167,4 +189,74 @@ fn nearest_of_ellipsoid(
         }
     }
     Some((at, wall))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Flat, Form};
+    use tremie_numerics::DQuat;
+
+    /// A floor and a side, as planes or by the distance from the nearer.
+    struct Corner {
+        planes: [Flat; 2],
+        flat: bool,
+    }
+
+    impl Walls for Corner {
+        fn flat(&self) -> &[Flat] {
+            if self.flat { &self.planes } else { &[] }
+        }
+
+        fn nearest(&self, at: DVec3, within: f64) -> Option<Wall> {
+            let wall = |flat: &Flat| Wall {
+                distance: flat.distance(at),
+                normal: flat.normal,
+                velocity: flat.velocity,
+            };
+            let nearest = self.planes.iter().map(wall).min_by(|a, b| a.distance.total_cmp(&b.distance));
+            nearest.filter(|wall| !self.flat && wall.distance < within)
+        }
+    }
+
+    #[test]
+    fn planes_are_touched_where_walls_by_their_distance_are() {
+        let plane = |normal, place| Flat { normal, place, velocity: DVec3::X };
+        let corner = |flat| Corner { planes: [plane(DVec3::Z, 0.1), plane(DVec3::NEG_Y, -0.3)], flat };
+        let forms = [
+            Form::Sphere { diameter: 0.02 },
+            Form::Fibre { length: 0.06, diameter: 0.002 },
+            Form::Ellipsoid { half_axes: DVec3::new(0.004, 0.006, 0.01) },
+        ];
+        let mut touched = 0;
+        for n in 0..400 {
+            let share = |root: f64| (f64::from(n) * root).fract();
+            let centre = DVec3::new(0.0, 0.3 - 0.035 * share(2f64.sqrt()), 0.1 + 0.035 * share(3f64.sqrt()));
+            let turn = DQuat::from_rotation_arc(
+                DVec3::Z,
+                DVec3::new(share(5f64.sqrt()) - 0.5, share(7f64.sqrt()) - 0.5, 0.3).normalize(),
+            );
+            let outline = Outline::new(&forms[n as usize % 3], centre, turn);
+            let [planes, others] = [true, false].map(|flat| {
+                let mut touches = Vec::new();
+                near_walls(&outline, &corner(flat), 0.003, &mut touches);
+                touches.sort_by(|a, b| (a.normal.z, a.at.x).partial_cmp(&(b.normal.z, b.at.x)).unwrap());
+                touches
+            });
+            touched += planes.len();
+            // Frank and Wolfe's way down the distance from an ellipsoid ends within a share of this.
+            let off = if outline.ellipsoid.is_some() { 1e-4 } else { 1e-12 };
+            for other in &others {
+                let found = planes.iter().any(|own| {
+                    (own.distance - other.distance).abs() < off && (own.at - other.at).length() < 10.0 * off
+                });
+                assert!(found, "{n}: {other:?} in {planes:?}");
+            }
+            for own in planes.iter().filter(|own| own.distance < 0.003 - off) {
+                let found = others.iter().any(|other| own.normal.dot(other.normal) > 0.99);
+                assert!(found, "{n}: {own:?} in {others:?}");
+            }
+        }
+        assert!(touched > 100, "{touched}");
+    }
 }

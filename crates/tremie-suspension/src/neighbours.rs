@@ -46,6 +46,11 @@ pub(crate) struct Neighbours {
 }
 
 impl Neighbours {
+    /// Number of bodies.
+    pub(crate) fn len(&self) -> usize {
+        self.ids.len()
+    }
+
     /// Partners of a body that can be within range.
     pub(crate) fn of(&self, n: usize) -> impl Iterator<Item = u32> {
         let partners = &self.partners[self.starts[n] as usize..self.starts[n + 1] as usize];
@@ -147,9 +152,10 @@ impl Neighbours {
     }
 
     fn search(&mut self, outlines: &[Outline], periods: &Periods, halo: f64) {
-        // Grids are as fine as the mean skin asks for, and bodies with a thicker one look further.
+        // Grids are as fine as the cubic mean asks for, and bodies with a thicker skin look further: fewer take longer then, and by about that.
         let skins = |n: usize| self.skins[self.regions.homes[n] as usize];
-        let skin = (0..outlines.len()).map(skins).sum::<f64>() / outlines.len().max(1) as f64;
+        let cubes: f64 = (0..outlines.len()).map(|n| skins(n).powi(3)).sum();
+        let skin = (cubes / outlines.len().max(1) as f64).cbrt();
         let cuts: Vec<Cut> =
             outlines.par_iter().with_min_len(CHUNK).map(|outline| Cut::of(outline, halo, skin)).collect();
         let smallest = cuts.iter().map(|cut| cut.reach).fold(f64::INFINITY, f64::min);

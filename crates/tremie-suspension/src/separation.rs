@@ -19,7 +19,7 @@ pub(crate) const ROUNDS: u32 = 8;
 /// Most turns through the pairs of one round.
 const TURNS: u32 = 50;
 
-/// Moves apart what overlaps among some pairs of bodies, or of a body and the walls.
+/// Moves apart what overlaps among some pairs of bodies, or of a body and the walls, and says of each body whether it was moved.
 pub(crate) fn push_apart(
     pairs: &[(u32, u32)],
     bodies: &mut Inclusions,
@@ -27,9 +27,10 @@ pub(crate) fn push_apart(
     responses: &[Response],
     walls: &impl Walls,
     periods: &Periods,
-) {
+) -> Vec<bool> {
     // When bodies were last moved, and pairs last seen.
-    let (mut moved, mut seen, mut clock) = (vec![1_u32; outlines.len()], vec![0_u32; pairs.len()], 1);
+    const UNMOVED: u32 = 1;
+    let (mut moved, mut seen, mut clock) = (vec![UNMOVED; outlines.len()], vec![0_u32; pairs.len()], UNMOVED);
     let mut touches = Vec::new();
     let mut push =
         |n: usize, arm: DVec3, impulse: DVec3, outlines: &mut [Outline], moved: &mut [u32], clock: u32| {
@@ -79,4 +80,5 @@ pub(crate) fn push_apart(
             break;
         }
     }
+    moved.into_iter().map(|when| when > UNMOVED).collect()
 }

@@ -13,9 +13,32 @@ pub struct Wall {
     pub velocity: DVec3,
 }
 
+/// A wall without end in a plane, nobody being beyond it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Flat {
+    /// Unit normal out of the wall.
+    pub normal: DVec3,
+    /// Distance in m of the plane from the origin along the normal.
+    pub place: f64,
+    /// Velocity in m/s of the wall.
+    pub velocity: DVec3,
+}
+
+impl Flat {
+    /// Distance in m from the wall to a point, negative inside it.
+    pub fn distance(&self, at: DVec3) -> f64 {
+        self.normal.dot(at) - self.place
+    }
+}
+
 /// Sides of a form, bars and moving solids.
 pub trait Walls: Sync {
-    /// The wall that is nearest to a point, if one is nearer than `within` in m.
+    /// The walls that are planes: where a body is near these is known at once.
+    fn flat(&self) -> &[Flat] {
+        &[]
+    }
+
+    /// The one of all other walls that is nearest to a point, if one is nearer than `within` in m.
     fn nearest(&self, at: DVec3, within: f64) -> Option<Wall>;
 }
 

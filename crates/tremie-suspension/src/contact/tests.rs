@@ -6,7 +6,7 @@ use rand_pcg::Pcg64Mcg;
 use tremie_numerics::DQuat;
 
 use super::*;
-use crate::{Amount, AtWalls, Direction, Form, Kind, Order, Region, Wall, place};
+use crate::{Amount, AtWalls, Direction, Flat, Form, Kind, Order, Region, Wall, place};
 
 const SPHERE: u16 = 0;
 const FIBRE: u16 = 1;
@@ -49,27 +49,35 @@ fn advance(bodies: &mut Inclusions, time_step: f64) {
     }
 }
 
-/// Half spaces, by a point and the normal, and endless bars along an axis, by a point, the axis and the radius.
+/// Half spaces, and endless bars along an axis, by a point, the axis and the radius.
 #[derive(Default)]
 struct Room {
-    planes: Vec<(DVec3, DVec3)>,
+    planes: Vec<Flat>,
     bars: Vec<(DVec3, DVec3, f64)>,
 }
 
 impl Walls for Room {
+    fn flat(&self) -> &[Flat] {
+        &self.planes
+    }
+
     fn nearest(&self, at: DVec3, within: f64) -> Option<Wall> {
-        let planes = self.planes.iter().map(|(point, normal)| ((at - point).dot(*normal), *normal));
         let bars = self.bars.iter().map(|(point, axis, radius)| {
             let off = (at - point).reject_from_normalized(*axis);
             (off.length() - radius, off.normalize())
         });
-        let (distance, normal) = planes.chain(bars).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (distance, normal) = bars.min_by(|a, b| a.0.total_cmp(&b.0))?;
         (distance <= within).then_some(Wall { distance, normal, velocity: DVec3::ZERO })
     }
 }
 
+/// A plane through a point.
+fn plane(point: DVec3, normal: DVec3) -> Flat {
+    Flat { normal, place: normal.dot(point), velocity: DVec3::ZERO }
+}
+
 fn floor() -> Room {
-    Room { planes: vec![(DVec3::ZERO, DVec3::Z)], ..Room::default() }
+    Room { planes: vec![plane(DVec3::ZERO, DVec3::Z)], ..Room::default() }
 }
 
 /// Worst overlap of all pairs and walls, as a share of the lesser diameter, by asking all.
@@ -316,7 +324,7 @@ fn a_fibre_is_blocked_by_a_bar() {
 /// A fibre, a sphere and an ellipsoid that are carried into a corner end there, out of all three walls.
 #[test]
 fn corners_hold_from_all_sides() {
-    let planes = [DVec3::X, DVec3::Y, DVec3::Z].map(|normal| (DVec3::ZERO, normal)).to_vec();
+    let planes = [DVec3::X, DVec3::Y, DVec3::Z].map(|normal| plane(DVec3::ZERO, normal)).to_vec();
     let walls = Room { planes, bars: vec![] };
     for kind in [SPHERE, FIBRE, ELLIPSOID] {
         let mut one = bodies();
@@ -471,7 +479,8 @@ fn dense_spheres_stay_out_of_each_other() {
         dense.add(SPHERE, 0, spacing * (place + 0.5), DQuat::IDENTITY);
     }
     let periods = Periods([Some(size), Some(size), None]);
-    let walls = Room { planes: vec![(DVec3::ZERO, DVec3::Z), (DVec3::Z * size, -DVec3::Z)], bars: vec![] };
+    let walls =
+        Room { planes: vec![plane(DVec3::ZERO, DVec3::Z), plane(DVec3::Z * size, -DVec3::Z)], bars: vec![] };
     let responses = masses(&dense);
     let mut contacts = Contacts::default();
     for step in 0..60 {
@@ -496,7 +505,8 @@ fn a_sheared_mixture_stays_out_of_itself_and_of_the_plates() {
     let between = move |p: DVec3| (p.z - 0.5 * size).abs() - 0.5 * size;
     let region = Region { low: DVec3::ZERO, high: DVec3::splat(size), distance: &between };
     let periods = Periods([Some(size), Some(size), None]);
-    let walls = Room { planes: vec![(DVec3::ZERO, DVec3::Z), (DVec3::Z * size, -DVec3::Z)], bars: vec![] };
+    let walls =
+        Room { planes: vec![plane(DVec3::ZERO, DVec3::Z), plane(DVec3::Z * size, -DVec3::Z)], bars: vec![] };
     let (mut mixture, time_step) = (bodies(), 1e-3);
     for (kind, share) in [(SPHERE, 0.35), (FIBRE, 0.003)] {
         let (amount, direction) = (Amount::Share(share), Direction::Isotropic);
