@@ -72,6 +72,9 @@ enum Id {
     /// 100,000
     #[value(name = "fibres-100k")]
     Fibres100k,
+    /// 50,000 eight times as close together, in 64^3 cells: 0.5 % of the volume, as concrete has them
+    #[value(name = "fibres-50k-dense")]
+    Fibres50kDense,
 }
 
 /// A row of the table, an entry of the list.
@@ -129,9 +132,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
             Id::LbmBoxF32 => full_box(Precision::F32)?,
             Id::LbmBoxF64 => full_box(Precision::F64)?,
             Id::LbmSlumpF32 => slump(arguments.quick)?,
-            Id::Fibres1k => fibres(1_000)?,
-            Id::Fibres50k => fibres(50_000)?,
-            Id::Fibres100k => fibres(100_000)?,
+            Id::Fibres1k => fibres(1_000, 1.0)?,
+            Id::Fibres50k => fibres(50_000, 1.0)?,
+            Id::Fibres100k => fibres(100_000, 1.0)?,
+            Id::Fibres50kDense => fibres(50_000, 8.0)?,
             Id::Bandwidth => continue,
         };
         let entry = Entry::new(name(*id), &work, bandwidth);
@@ -167,9 +171,9 @@ fn full_box(precision: Precision) -> anyhow::Result<Work> {
     pace(&full_box_case(precision)?)
 }
 
-/// The same with so many fibres, and what they cost.
-fn fibres(number: usize) -> anyhow::Result<Work> {
-    let case = fibres_case(number)?;
+/// The same with so many fibres, so many times as close together as in the case, and what they cost.
+fn fibres(number: usize, closer: f64) -> anyhow::Result<Work> {
+    let case = fibres_case(number, closer)?;
     let without = pace(&Case { groups: Vec::new(), ..case.clone() })?;
     let with = pace(&case)?;
     let step = |work: &Work| work.wet / work.updates_per_second;
@@ -259,13 +263,13 @@ fn full_box_case(precision: Precision) -> anyhow::Result<Case> {
     Ok(case)
 }
 
-/// So many fibres in a box that gives each as much room, sheared as fast as the case has it; each layer of cells starts with the velocity that the shear gives it.
-fn fibres_case(number: usize) -> anyhow::Result<Case> {
+/// So many fibres in a box that gives each as much room as in the case, or so many times less, sheared as fast as the case has it; each layer of cells starts with the velocity that the shear gives it.
+fn fibres_case(number: usize, closer: f64) -> anyhow::Result<Case> {
     let text = include_str!("fibres.toml");
     let whole = Case::parse("fibres.toml", text)?;
     let Method::Lbm(lbm) = &whole.method;
     let edge = whole.domain.max.x - whole.domain.min.x;
-    let cells = edge / lbm.cell_size * (number as f64 / whole.inclusions.len() as f64).cbrt();
+    let cells = edge / lbm.cell_size * (number as f64 / closer / whole.inclusions.len() as f64).cbrt();
     let shorter = (cells / 2.0).round() * 2.0 * lbm.cell_size / edge;
     let text = text
         .replace("1.28 m", &format!("{} m", 1.28 * shorter))
@@ -379,6 +383,14 @@ mod tests {
         let slump = slump_case(false).unwrap();
         assert_eq!(tremie_lbm::Plan::new(&slump).cells, [150, 150, 61]);
         assert!(slump.stop.rest.is_some() && slump_case(true).unwrap().stop.time == QUICK);
+    }
+
+    #[test]
+    fn dense_fibres_are_as_many_as_in_concrete() {
+        let case = fibres_case(5_000, 8.0).unwrap();
+        let volume: f64 = (0..case.inclusions.len()).map(|n| case.inclusions.form(n).volume()).sum();
+        let size = case.domain.max - case.domain.min;
+        assert!((volume / size.element_product() - 0.005).abs() < 2e-4);
     }
 
     #[test]
