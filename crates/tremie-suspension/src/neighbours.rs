@@ -171,39 +171,42 @@ impl Neighbours {
             .collect();
         let found: Vec<_> = (0..outlines.len().div_ceil(CHUNK))
             .into_par_iter()
-            .map(|chunk| {
-                let (mut counts, mut partners, mut near) = (Vec::new(), Vec::new(), Vec::<u32>::new());
-                for n in chunk * CHUNK..((chunk + 1) * CHUNK).min(outlines.len()) {
-                    near.clear();
-                    let skin = skins(n);
-                    let (outline, cut) = (&outlines[n], &cuts[n]);
-                    for piece in cut.pieces(outline) {
-                        for (coarse, grid) in grids.iter().enumerate().skip(usize::from(levels[n])) {
-                            let Some(grid) = grid else { continue };
-                            let after = if coarse == usize::from(levels[n]) { n as i64 } else { -1 };
-                            let away = cut.reach + skin + grid.reach;
-                            grid.around(piece, away, |other| {
-                                if i64::from(other.body) > after
-                                    && periods.shortest(other.at - piece).length_squared() < away * away
-                                {
-                                    near.push(other.body);
-                                }
-                            });
+            .map_init(
+                // For whom each body was met last: most are met by several pieces.
+                || vec![u32::MAX; outlines.len()],
+                |met, chunk| {
+                    let (mut counts, mut partners) = (Vec::new(), Vec::new());
+                    for n in chunk * CHUNK..((chunk + 1) * CHUNK).min(outlines.len()) {
+                        let (before, skin) = (partners.len(), skins(n));
+                        let (outline, cut) = (&outlines[n], &cuts[n]);
+                        for piece in cut.pieces(outline) {
+                            for (coarse, grid) in grids.iter().enumerate().skip(usize::from(levels[n])) {
+                                let Some(grid) = grid else { continue };
+                                let after = if coarse == usize::from(levels[n]) { n as i64 } else { -1 };
+                                let away = cut.reach + skin + grid.reach;
+                                grid.around(piece, away, |other| {
+                                    let seen = &mut met[other.body as usize];
+                                    if i64::from(other.body) <= after
+                                        || *seen == n as u32
+                                        || periods.shortest(other.at - piece).length_squared() >= away * away
+                                    {
+                                        return;
+                                    }
+                                    *seen = n as u32;
+                                    let q = &outlines[other.body as usize];
+                                    let way = periods.shortest(q.centre - outline.centre);
+                                    let away = between(outline, q, way, halo);
+                                    if away < skin {
+                                        partners.push((other.body, away));
+                                    }
+                                });
+                            }
                         }
+                        counts.push((partners.len() - before) as u32);
                     }
-                    // Most are found by several pieces.
-                    near.sort_unstable();
-                    near.dedup();
-                    let before = partners.len();
-                    partners.extend(near.iter().filter_map(|&other| {
-                        let q = &outlines[other as usize];
-                        let away = between(outline, q, periods.shortest(q.centre - outline.centre), halo);
-                        (away < skin).then_some((other, away))
-                    }));
-                    counts.push((partners.len() - before) as u32);
-                }
-                (counts, partners)
-            })
+                    (counts, partners)
+                },
+            )
             .collect();
         self.starts.clear();
         self.starts.push(0);
