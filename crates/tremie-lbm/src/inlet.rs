@@ -13,7 +13,7 @@
 //! and when nothing comes, the front is one too.
 
 use tremie_case::Case;
-use tremie_geometry::Face;
+use tremie_geometry::{Body, Face};
 use tremie_numerics::DVec3;
 
 use crate::collision::{density_and_momentum, equilibrium};
@@ -28,6 +28,16 @@ use crate::topology::{AIR, CELLS, EDGE};
 
 /// Thickness of a plate in cells: no link of the lattice is as long.
 pub(crate) const THICKNESS: f64 = 2.0;
+
+/// How far in cells a face is moved on for the lattice: a cell whose centre lies in it belongs to the plate, and not to neither side.
+const AHEAD: f64 = 1e-6;
+
+/// A face as the lattice has it, with cells of the edge `size` in m, and its plate.
+pub(crate) fn plate(face: Face, size: f64) -> (Face, Body) {
+    let face = Face { centre: face.centre + AHEAD * size * face.direction, ..face };
+    let plate = face.plate(THICKNESS * size);
+    (face, plate)
+}
 /// Weight of open links below which a face counts as closed.
 const CLOSED: f64 = 1e-3;
 
@@ -162,8 +172,7 @@ impl<T: Real> Grid<T> {
             return;
         }
         let size = self.solids.size();
-        let face = inlet.face(offset);
-        let plate = face.plate(THICKNESS * size);
+        let (face, plate) = plate(inlet.face(offset), size);
         let direction = face.direction;
         let (min, max) = face.bounds(0.0);
         // Cells around the face, two to each side.

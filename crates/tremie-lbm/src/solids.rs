@@ -10,7 +10,7 @@ use tremie_geometry::Motion;
 use tremie_numerics::DVec3;
 
 use crate::friction::Friction;
-use crate::inlet::THICKNESS;
+use crate::inlet::{THICKNESS, plate};
 use crate::lanes::LANES;
 use crate::lattice::{Q, vector};
 use crate::scaling::Scaling;
@@ -130,7 +130,7 @@ impl Solids {
             solid,
         };
         let plates = case.inlets.iter().map(|inlet| {
-            let body = inlet.face.plate(THICKNESS * size);
+            let (_, body) = plate(inlet.face, size);
             let plate =
                 Solid { name: String::new(), body, motion: inlet.motion.clone(), surface: Surface::NoSlip };
             (plate, inlet.face.bounds(THICKNESS * size), inlet.above_fill.map(|above| above.speed))

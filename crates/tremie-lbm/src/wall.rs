@@ -44,7 +44,7 @@ use crate::relaxation::Relaxation;
 
 /// Turns at most, and share of the interval, after which a sliding velocity counts as found.
 const TURNS: usize = 60;
-const NEAR: f64 = 1e-7;
+const NEAR: f64 = 3e-7;
 
 /// The six faces of a cell as (axis, sign of the normal that points from the wall into the fluid).
 pub(crate) const FACES: [(usize, i32); 6] = [(0, 1), (0, -1), (1, 1), (1, -1), (2, 1), (2, -1)];
@@ -201,6 +201,7 @@ pub(crate) fn root<T: Real>(f: impl Fn(T) -> T, mut low: T, mut high: T) -> T {
     }
     let mut middle = high;
     for _ in 0..TURNS {
+        let before = middle;
         middle = high - f_high * (high - low) / (f_high - f_low);
         let f_middle = f(middle);
         if f_middle > T::ZERO {
@@ -214,7 +215,8 @@ pub(crate) fn root<T: Real>(f: impl Fn(T) -> T, mut low: T, mut high: T) -> T {
         } else {
             return middle;
         }
-        if close > high - low {
+        // One end often stays where it is.
+        if close > high - low || close > (middle - before).abs() {
             break;
         }
     }

@@ -33,7 +33,7 @@ macro_rules! template {
     };
 }
 
-const TEMPLATES: [Template; 15] = [
+const TEMPLATES: [Template; 20] = [
     template!("slump-flow", "a cone of concrete is let go and spreads on a plate (EN 12350-8)"),
     template!("l-box", "concrete flows under a gate and through bars along a channel (EN 12350-10)"),
     template!("planar-collapse", "a wall of concrete collapses when its forms are taken away (dam break)"),
@@ -49,6 +49,11 @@ const TEMPLATES: [Template; 15] = [
         "heterogeneous-slump",
         "a cone of concrete with aggregates and steel fibres is let go and spreads (Svec)"
     ),
+    template!("fibre-slab", "a slab with 41,000 steel fibres is cast from a hose near its corner (Svec)"),
+    template!("fibre-plate", "a larger one with 72,000 (Svec)"),
+    template!("fibre-beam", "a beam of RILEM with steel fibres is cast from a hose (Svec)"),
+    template!("fibre-wall", "a wall with stiffeners and 42,000 steel fibres is cast from a hose (Svec)"),
+    template!("fibre-l-box", "a clear gel with 22,000 fibres flows through the bars of an L-box (Svec)"),
     template!("couette-spheres", "spheres between moving plates: what they add to the viscosity (Svec)"),
     template!("couette-fibres", "fibres between moving plates: what they add to the viscosity (Svec)"),
     template!("l-form", "an L-shaped form from an STL file is filled from a hose", "form.stl"),

@@ -29,6 +29,7 @@ mod report;
 mod scales;
 mod settling;
 mod shear;
+mod slab;
 mod slip;
 mod slump;
 mod stl;
@@ -147,6 +148,7 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(mixture::fibre_viscosity, "fibre-viscosity", "case.toml", "reference.csv"),
     benchmark!(packing::wall_effect, "wall-effect", "reference.csv"),
     benchmark!(slump::slump_inclusions, "slump-inclusions", "case.toml"),
+    benchmark!(slab::slab_fibres, "slab-fibres", "case.toml"),
     benchmark!(slump::slump_spread, "slump-spread", "case.toml", "reference.csv"),
 ];
 

@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod bodies;
+mod casts;
 mod robustness;
 mod stl;
 
@@ -599,6 +600,11 @@ fn a_new_case_is_ready_to_run_and_replaces_nothing() {
             "wall",
             "fibre-slump",
             "heterogeneous-slump",
+            "fibre-slab",
+            "fibre-plate",
+            "fibre-beam",
+            "fibre-wall",
+            "fibre-l-box",
             "couette-spheres",
             "couette-fibres",
             "l-form"
