@@ -151,12 +151,7 @@ const PLANE: Section<Plane> = {
                 let value = t.value("normal").unwrap_or_else(|| t.itself());
                 return Err(value.fault("has no direction", "write for example [1, 0, 0]"));
             };
-            Ok(Plane {
-                name: t.need(&CALLED)?,
-                point: t.need(&POINT)?.into(),
-                normal,
-                size: t.need(&SIZE)?,
-            })
+            Ok(Plane { name: t.need(&CALLED)?, point: t.need(&POINT)?.into(), normal, size: t.need(&SIZE)? })
         },
     }
 };
