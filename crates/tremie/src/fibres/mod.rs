@@ -41,13 +41,15 @@ A file of cuts has beams, boxes along the axes, and pieces of planes:
   name = \"middle\"
   point = [\"600 mm\", \"600 mm\", \"75 mm\"]  # centre
   normal = [1, 0, 0]
-  size = [\"150 mm\", \"150 mm\"]            # edges; the second is horizontal, or along y if all of the plane is
+  size = [\"150 mm\", \"150 mm\"]            # edges; the second is horizontal, or along y if both are
 
-Fibres are clipped at the faces of the beams, and counted in the section in the middle of each. The orientation factor of
-a section is alpha = N A_f / (phi A_c): N fibres of the cross-section A_f through the area A_c, of which only concrete counts, and
-the share phi of fibres in the beam; for planes, in the whole cast. It is 1/2 for fibres in all directions alike, 1 if they stand
-across the section. The halves of a beam are parted at half of its height, those of the cast where half of its volume lies
-below. The bodies are those of the last checkpoint; what lies beyond planes of symmetry does not count.")]
+Fibres are clipped at the faces of the beams, and counted in the section in the middle of each.
+The orientation factor of a section is alpha = N A_f / (phi A_c): N fibres of the cross-section A_f
+through the area A_c of concrete, and the share phi of fibres in the beam; for planes, in the whole
+cast. It is 1/2 for fibres in all directions alike, 1 if they stand across the section. The halves
+of a beam are parted at half of its height, those of the cast where half of its volume lies below.
+The bodies are those of the last checkpoint; what lies beyond planes of symmetry does not count.
+More of it stands in docs/fibres.md.")]
 pub(crate) struct Arguments {
     /// The folder of the run
     dir: PathBuf,

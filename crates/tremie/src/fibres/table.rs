@@ -28,7 +28,12 @@ pub(super) fn lined_up(title: &str, header: &[&str], rows: &[Vec<String>]) -> St
 /// A number with so many decimals; a dash where there is none.
 pub(super) fn decimals(number: Option<f64>, digits: usize) -> String {
     match number.filter(|x| x.is_finite()) {
-        Some(number) => format!("{number:.digits$}"),
+        Some(number) => {
+            let told = format!("{number:.digits$}");
+            // What is rounded to zero has no sign.
+            let zero = told.chars().all(|c| "-0.".contains(c));
+            if zero { told.trim_start_matches('-').to_owned() } else { told }
+        }
         None => "-".to_owned(),
     }
 }
@@ -129,6 +134,7 @@ mod tests {
         let row = |a: &str, b: &str| vec![a.to_owned(), b.to_owned()];
         let table = lined_up("T", &["", "n"], &[row("long name", "1"), row("b", "100")]);
         assert_eq!(table, "T\n               n\n  long name    1\n  b          100");
-        assert_eq!([Some(0.12345), None, Some(f64::NAN)].map(|x| decimals(x, 3)), ["0.123", "-", "-"]);
+        let numbers = [Some(0.12345), None, Some(f64::NAN), Some(-1e-9), Some(-0.25)];
+        assert_eq!(numbers.map(|x| decimals(x, 3)), ["0.123", "-", "-", "0.000", "-0.250"]);
     }
 }

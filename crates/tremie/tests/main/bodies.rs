@@ -317,6 +317,22 @@ fn beams_and_planes_are_cut_out_of_a_cast() {
     assert_eq!(difference["fibres"]["whole"]["angle_degrees"], 0.0);
     assert_eq!(difference["section"]["orientation_factor"], 0.0);
     assert_eq!(found["difference"]["planes"][0]["count"], 0);
+    // Against an earlier moment the difference is the first less the second.
+    let case = fs::read_to_string(place.join("slump.toml")).unwrap().replace("\"0.2 s\"", "\"20 ms\"");
+    fs::write(place.join("early.toml"), case).unwrap();
+    done(place, &["run", "early.toml", "--out", "early", "-q"]);
+    let found = done(place, &["fibres", "run", "--cut", "cuts.toml", "--against", "early", "--json"]);
+    let found: Value = serde_json::from_str(&found).unwrap();
+    let concrete = |of: &Value| number(&of["beams"][0]["fibres"]["whole"]["concrete_m3"]);
+    assert!(concrete(&found) > concrete(&found["against"]), "it has spread over the beam");
+    let [here, there] = [&found, &found["against"]].map(|of| {
+        let beam = &of["beams"][0]["fibres"]["upper_half"];
+        (number(&beam["count"]), number(&beam["eigenvalues"][0]))
+    });
+    let difference = &found["difference"]["beams"][0]["fibres"]["upper_half"];
+    assert_eq!(number(&difference["count"]), here.0 - there.0);
+    assert!((number(&difference["largest_eigenvalue"]) - (here.1 - there.1)).abs() < 1e-12);
+    assert!(!place.join("early/fibres").exists());
 }
 
 #[test]
