@@ -613,7 +613,7 @@ impl Kind for Name {
             Ok(text)
         } else {
             Err(value.fault(
-                format!("cannot be \"{text}\": it becomes a part of names in series.csv"),
+                format!("cannot be \"{text}\": it becomes a part of names in results"),
                 format!("write a letter, then letters, digits and _, such as \"{}\"", self.example),
             ))
         }

@@ -21,6 +21,14 @@ pub enum CaseError {
         /// What the system says.
         source: io::Error,
     },
+    /// The file of cuts cannot be read.
+    #[error("cannot read the file of cuts {}", .path.display())]
+    ReadCuts {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
     /// The file can be read, but something is wrong in it.
     #[error(transparent)]
     Invalid(#[from] InvalidCase),
@@ -31,7 +39,7 @@ impl CaseError {
     pub fn render(&self, colour: bool) -> String {
         let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
         match self {
-            Self::Read { source, .. } => {
+            Self::Read { source, .. } | Self::ReadCuts { source, .. } => {
                 let title = Level::ERROR.primary_title(format!("{self}: {source}"));
                 renderer.render(&[annotate_snippets::Group::with_title(title)])
             }

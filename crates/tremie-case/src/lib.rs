@@ -7,11 +7,12 @@
 //! Inside: `document` wraps the parsed document in getters that know where everything stands; `schema` says which keys
 //! there are and what they mean (a new section, flow curve or shape is one entry there); `describe` turns the same
 //! into a JSON Schema; `check` holds what is
-//! wrong only in combination; `files` finds the files that a case names, `stl` and `bars` read them, so that what is wrong with them is told at the line too; `inclusions` are the keys of bodies in the fluid, and their places at the start; `fault` turns a complaint about a place in the text into a message.
+//! wrong only in combination; `files` finds the files that a case names, `stl` and `bars` read them, so that what is wrong with them is told at the line too; `inclusions` are the keys of bodies in the fluid, and their places at the start; `cuts` reads another file, of what is cut out of a cast, in the same way; `fault` turns a complaint about a place in the text into a message.
 
 mod bars;
 mod case;
 mod check;
+mod cuts;
 mod describe;
 mod document;
 mod fault;
@@ -29,6 +30,7 @@ pub use case::{
     Precision, Preset, PressureGauge, Rest, Role, Side, Solid, SpreadGauge, Stepping, Stop, Surface,
     Textbook,
 };
+pub use cuts::{Beam, Cuts, Plane};
 pub use fault::{CaseError, InvalidCase};
 pub use inclusions::{Bodies, FibreSection, Following, InclusionGroup, Incoming, Random};
 pub use listed::{Listed, ListedBody};

@@ -35,8 +35,8 @@ const NEEDED: [&str; 4] = ["x1_m", "y1_m", "z1_m", "d_m"];
 const EXAMPLE: &str = "id,x1_m,y1_m,z1_m,x2_m,y2_m,z2_m,d_m,type";
 /// Bodies whose sizes agree up to this share have one form: both ends of a fibre tell its length up to rounding only.
 const SAME: f64 = 1e-6;
-/// More forms than this have no place among the kinds of bodies.
-const MOST_FORMS: usize = 1000;
+/// More forms than this take too much time as kinds of bodies; fibres that were clipped have a length each.
+const MOST_FORMS: usize = 10_000;
 
 /// Bodies from a file.
 #[derive(Debug, Clone, PartialEq)]

@@ -15,6 +15,7 @@ pub mod picture;
 pub mod pvd;
 pub mod series;
 pub mod state;
+pub mod table;
 pub mod vti;
 mod vtk;
 pub mod vtp;

@@ -7,6 +7,7 @@ use tremie_numerics::{DVec3, EulerRot};
 use tremie_output::packing::{self, Frame};
 use tremie_output::vtp::Marks;
 use tremie_output::{Error, Field, Values, atomic};
+use tremie_suspension::orientation::{Block, pieces};
 use tremie_suspension::{Form, Inclusions};
 
 /// Length and diameter of a body; of an ellipsoid the longest axis and the diameter of the sphere as large.
@@ -109,6 +110,28 @@ pub fn export(bodies: &Inclusions, format: Format, path: &Path) -> Result<(), Er
         Format::Vtp { time } => return write(bodies, time, path),
     };
     atomic::write(path, text.as_bytes())
+}
+
+/// Writes the pieces of fibres that lie in a block, in the order of their numbers and in the same format as all bodies as [`Format::Csv`]. They
+/// keep the numbers of their fibres.
+///
+/// # Errors
+/// If the file system refuses.
+pub fn export_pieces(bodies: &Inclusions, block: &Block, path: &Path) -> Result<(), Error> {
+    let mut found = pieces(bodies, block);
+    found.sort_unstable_by_key(|piece| bodies.id[piece.body]);
+    let listed: Vec<packing::Body> = found
+        .into_iter()
+        .map(|piece| {
+            let [_, diameter] = size(bodies.form(piece.body));
+            packing::Body {
+                id: bodies.id[piece.body],
+                kind: bodies.kinds[usize::from(bodies.kind[piece.body])].name.clone(),
+                form: packing::Form::Fibre { ends: piece.ends.map(|end| end.to_array()), diameter },
+            }
+        })
+        .collect();
+    atomic::write(path, packing::csv(&listed).as_bytes())
 }
 
 /// All bodies as other programs know them.

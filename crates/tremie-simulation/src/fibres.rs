@@ -12,6 +12,7 @@ use tremie_output::series::Series;
 use tremie_output::vtp::Marks;
 use tremie_output::{Error, Field, Values};
 use tremie_suspension::Inclusions;
+use tremie_suspension::orientation::components;
 
 use crate::folder::RunFolder;
 use crate::gauges::lying::has_fibres;
@@ -51,11 +52,6 @@ struct Fibres {
     points: Option<Collection>,
     /// Sections, if the case has any.
     sections: Option<Series>,
-}
-
-/// The six components of a symmetric tensor: 11, 22, 33, 12, 13, 23.
-fn components(a: &DMat3) -> [f64; 6] {
-    [a.x_axis.x, a.y_axis.y, a.z_axis.z, a.x_axis.y, a.x_axis.z, a.y_axis.z]
 }
 
 impl Records {

@@ -16,6 +16,7 @@
 //! | `filling.vti`, `filling_time_cut.png`, `filling_time_level.png` ... | how the form filled, if the case asks for it |
 //! | `above_000000.png`, `cut_000000.png`, `batches_000000.png`, `orientation_lower_000000.png`, `orientation_upper_000000.png` ... | pictures |
 //! | `report.html` | all of it as a page, if one was asked for |
+//! | `fibres/` | beams and planes that were cut out of it, if they were asked for; a run leaves it alone |
 //! | `checkpoint.tremie` | the state to go on from |
 
 use std::io;

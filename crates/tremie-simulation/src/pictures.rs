@@ -7,9 +7,9 @@ use std::ops::Range;
 use tremie_case::Case;
 use tremie_numerics::DMat3;
 use tremie_output::Error;
-use tremie_output::picture::{Circle, Cut, Ellipse, EllipseMap, Grid, HeightMap, Palette, Picture};
+use tremie_output::picture::{self, Circle, Cut, Ellipse, EllipseMap, Grid, HeightMap, Palette, Picture};
 use tremie_suspension::Inclusions;
-use tremie_suspension::orientation::principal;
+use tremie_suspension::orientation::{Block, principal, tensor};
 
 use crate::filling::Maps;
 use crate::folder::RunFolder;
@@ -222,9 +222,78 @@ pub fn lying(
         ellipses: &ellipses,
         quantity: "share of fibres [% by volume]",
         palette: Palette::Viridis,
+        classes: None,
+        frames: &[],
     }
     .draw()
     .map(Some)
+}
+
+/// Beams that are cut out of a cast, seen from above, and how fibres lie in the lower and the upper half of each by height, in squares of about its
+/// width: as ellipses like those of [`lying`], of the clipped fibres.
+///
+/// # Errors
+/// If there are no cells.
+pub fn beams(
+    cells: &Cells,
+    bodies: &Inclusions,
+    title: &str,
+    beams: &[(&str, Block)],
+) -> Result<Picture, Error> {
+    let (grid, height) = outline(cells);
+    let mut ellipses = Vec::new();
+    for (_, beam) in beams {
+        for square in squares(beam) {
+            let middle = 0.5 * (beam.low.z + beam.high.z);
+            let lower = Block { high: square.high.with_z(middle), ..square };
+            let upper = Block { low: square.low.with_z(middle), ..square };
+            let size = square.high - square.low;
+            let centre = 0.5 * (square.low + square.high);
+            for (class, half) in [lower, upper].iter().enumerate() {
+                let Some(tensor) = tensor(bodies, half) else { continue };
+                ellipses.push(Ellipse {
+                    centre: [centre.x, centre.y],
+                    half_axes: shadow(&tensor).map(|axis| axis.map(|x| 0.5 * size.x.min(size.y) * x)),
+                    value: (class + 1) as f64,
+                });
+            }
+        }
+    }
+    let frames: Vec<picture::Frame> = beams
+        .iter()
+        .map(|(label, block)| picture::Frame {
+            low: [block.low.x, block.low.y],
+            high: [block.high.x, block.high.y],
+            label,
+        })
+        .collect();
+    EllipseMap {
+        title,
+        grid,
+        height: &height,
+        ellipses: &ellipses,
+        quantity: "",
+        palette: Palette::Viridis,
+        classes: Some(&["concrete", "lower half", "upper half"]),
+        frames: &frames,
+    }
+    .draw()
+}
+
+/// Equal parts of a block along the longer of its horizontal edges, about as long as the other.
+fn squares(block: &Block) -> impl Iterator<Item = Block> {
+    // More would not be told apart.
+    const MOST: f64 = 100.0;
+    let size = block.high - block.low;
+    let (along, across) = if size.y > size.x { (1, 0) } else { (0, 1) };
+    let number = (size[along] / size[across]).round().clamp(1.0, MOST);
+    let (block, edge) = (*block, size[along] / number);
+    (0..number as usize).map(move |n| {
+        let mut square = block;
+        square.low[along] = block.low[along] + n as f64 * edge;
+        square.high[along] = block.low[along] + (n + 1) as f64 * edge;
+        square
+    })
 }
 
 /// Half-axes of an ellipsoid seen from above, whose half-axes are the principal values and axes of a tensor `a`: its shadow is
@@ -361,6 +430,8 @@ fn around(all: Range<isize>, holds: impl Fn(isize) -> bool) -> Range<isize> {
 
 #[cfg(test)]
 mod tests {
+    use tremie_numerics::DVec3;
+
     use super::*;
 
     #[test]
@@ -372,6 +443,18 @@ mod tests {
         let up = DMat3::from_cols_array(&[0.0, 0.0, 0.0, 0.0, 0.5, 0.5, 0.0, 0.5, 0.5]);
         let [long, short] = shadow(&up);
         assert!(close(long.map(f64::abs), [0.0, 0.5_f64.sqrt()]) && close(short, [0.0, 0.0]));
+    }
+
+    #[test]
+    fn beams_are_parted_into_squares() {
+        let block = Block { low: DVec3::new(0.1, 0.2, 0.0), high: DVec3::new(0.25, 0.8, 0.15) };
+        let parts: Vec<Block> = squares(&block).collect();
+        assert_eq!(parts.len(), 4);
+        assert_eq!((parts[0].low, parts[3].high.x), (block.low, 0.25));
+        assert!(parts.windows(2).all(|pair| pair[0].high.y == pair[1].low.y));
+        assert!((parts[3].high.y - 0.8).abs() < 1e-12 && (parts[1].low.y - 0.35).abs() < 1e-12);
+        let flat = Block { high: DVec3::new(100.0, 0.201, 0.15), ..block };
+        assert_eq!(squares(&flat).count(), 100);
     }
 
     #[test]

@@ -59,6 +59,8 @@ fn lines(bodies: &Inclusions) -> impl Iterator<Item = (usize, DVec3, DVec3)> {
 pub struct Share {
     /// How many fibres have their centres there.
     pub number: usize,
+    /// How many have any part there.
+    pub parts: usize,
     /// Length in m of what lies there.
     pub length: f64,
     /// Its volume in m3.
@@ -69,7 +71,14 @@ pub struct Share {
 
 impl Share {
     /// Nothing yet.
-    pub const NONE: Self = Self { number: 0, length: 0.0, volume: 0.0, sum: DMat3::ZERO };
+    pub const NONE: Self = Self { number: 0, parts: 0, length: 0.0, volume: 0.0, sum: DMat3::ZERO };
+
+    /// All that fibres have in a block.
+    pub fn within(bodies: &Inclusions, block: &Block) -> Self {
+        let mut share = Self::NONE;
+        (0..bodies.len()).for_each(|n| share.add(bodies, n, block));
+        share
+    }
 
     /// Adds the part of body `n` that lies in a block, if it is a fibre.
     pub fn add(&mut self, bodies: &Inclusions, n: usize, block: &Block) {
@@ -81,6 +90,7 @@ impl Share {
         let Some((from, to)) = block.part(start, end - start) else { return };
         let (length, axis) = ((to - from) * (end - start).length(), bodies.axis(n));
         self.sum += length * outer(axis, axis);
+        self.parts += 1;
         self.length += length;
         self.volume += (to - from) * bodies.form(n).volume();
     }
@@ -93,9 +103,30 @@ impl Share {
 
 /// The orientation tensor a_ij of what fibres have in a block; none without fibres there.
 pub fn tensor(bodies: &Inclusions, block: &Block) -> Option<DMat3> {
-    let mut share = Share::NONE;
-    (0..bodies.len()).for_each(|n| share.add(bodies, n, block));
-    share.tensor()
+    Share::within(bodies, block).tensor()
+}
+
+/// A piece of a fibre.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Piece {
+    /// Place of the fibre among the bodies.
+    pub body: usize,
+    /// Both ends of the piece in m.
+    pub ends: [DVec3; 2],
+}
+
+/// The pieces of fibres that lie in a block, in the order of the bodies.
+pub fn pieces(bodies: &Inclusions, block: &Block) -> Vec<Piece> {
+    let piece = |(body, start, way): (usize, DVec3, DVec3)| {
+        let (from, to) = block.part(start, way)?;
+        Some(Piece { body, ends: [start + from * way, start + to * way] })
+    };
+    lines(bodies).filter_map(piece).collect()
+}
+
+/// The six components of a symmetric tensor: 11, 22, 33, 12, 13, 23.
+pub fn components(a: &DMat3) -> [f64; 6] {
+    [a.x_axis.x, a.y_axis.y, a.z_axis.z, a.x_axis.y, a.x_axis.z, a.y_axis.z]
 }
 
 /// Principal values of a symmetric tensor, the largest first, and their axes: of an ellipsoid, its half-axes.
@@ -143,6 +174,28 @@ pub struct Section {
     pub sides: [DVec3; 2],
 }
 
+impl Section {
+    /// A rectangle around `centre`, across the unit vector `normal`, with edges of `size` in m. The second edge goes along the cross product of
+    /// z and the normal, so that it is horizontal, or along y if the normal is upright; the first is square to it, and the normal is that of
+    /// the first and the second edge.
+    pub fn around(centre: DVec3, normal: DVec3, size: [f64; 2]) -> Self {
+        let second = DVec3::Z.cross(normal).try_normalize().unwrap_or(DVec3::Y);
+        let sides = [size[0] * second.cross(normal), size[1] * second];
+        Self { corner: centre - 0.5 * (sides[0] + sides[1]), sides }
+    }
+
+    /// The section of a block across an axis, at a coordinate in m along it.
+    pub fn of_block(block: &Block, axis: usize, at: f64) -> Self {
+        let side = |n: usize| {
+            let a = (axis + n) % 3;
+            DVec3::AXES[a] * (block.high[a] - block.low[a])
+        };
+        let mut corner = block.low;
+        corner[axis] = at;
+        Self { corner, sides: [side(1), side(2)] }
+    }
+}
+
 /// Fibres through a section.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crossing {
@@ -155,6 +208,11 @@ pub struct Crossing {
 }
 
 impl Crossing {
+    /// Fibres for each m2; not a number where there is no area.
+    pub fn density(&self) -> f64 {
+        self.count as f64 / self.section
+    }
+
     /// The orientation factor alpha, where fibres have a share of the volume.
     pub fn orientation_factor(&self, share: f64) -> f64 {
         self.fibres / (share * self.section)
@@ -163,6 +221,11 @@ impl Crossing {
 
 /// The fibres whose axes go through a section; one that ends in it counts on the side of the section's normal.
 pub fn crossing(bodies: &Inclusions, section: &Section) -> Crossing {
+    crossing_within(bodies, section, &Block::SPACE)
+}
+
+/// The same, of those that do so in a block; the area is that of all of the section.
+pub fn crossing_within(bodies: &Inclusions, section: &Section, block: &Block) -> Crossing {
     let [one, two] = section.sides;
     let normal = one.cross(two);
     let area = normal.length();
@@ -175,7 +238,9 @@ pub fn crossing(bodies: &Inclusions, section: &Section) -> Crossing {
         let at = start + way * (from / (from - to)) - section.corner;
         let places =
             [at.cross(two).dot(normal), one.cross(at).dot(normal)].map(|place| place / (area * area));
-        if places.iter().all(|place| (0.0..1.0).contains(place)) {
+        let point = at + section.corner;
+        let in_block = point.cmpge(block.low).all() && point.cmple(block.high).all();
+        if in_block && places.iter().all(|place| (0.0..1.0).contains(place)) {
             count += 1;
             fibres += bodies.form(n).volume() / way.length();
         }
@@ -373,6 +438,67 @@ mod tests {
             max_relative = 1e-12
         );
         assert_relative_eq!(volumes(&bodies, &net, |_| true)[1], each / 3.0, max_relative = 1e-12);
+    }
+
+    /// Pieces have the length, the volume and the number that a block has of fibres.
+    #[test]
+    fn pieces_are_what_a_block_has_of_fibres() {
+        let bodies = fibres(Direction::Isotropic, 3000);
+        let block = Block { low: DVec3::new(0.1, 0.05, 0.12), high: DVec3::new(0.22, 0.25, 0.2) };
+        let (pieces, share) = (pieces(&bodies, &block), Share::within(&bodies, &block));
+        assert!(pieces.len() == share.parts && share.parts > share.number && share.number > 100);
+        let length = |piece: &Piece| (piece.ends[1] - piece.ends[0]).length();
+        let total: f64 = pieces.iter().map(length).sum();
+        assert_relative_eq!(total, share.length, max_relative = 1e-12);
+        let area = bodies.form(0).volume() / 0.03;
+        assert_relative_eq!(total * area, share.volume, max_relative = 1e-12);
+        for piece in &pieces {
+            let inside =
+                |end: DVec3| end.cmpge(block.low - 1e-12).all() && end.cmple(block.high + 1e-12).all();
+            assert!(piece.ends.into_iter().all(inside) && length(piece) <= 0.03 + 1e-12);
+            let [start, end] = bodies.ends(piece.body).unwrap();
+            let along = (piece.ends[1] - piece.ends[0]).dot(end - start);
+            assert_relative_eq!(along, length(piece) * 0.03, max_relative = 1e-9);
+        }
+        // A fibre that is half in a block has half of its length there.
+        let mut bodies = fibres(Direction::Isotropic, 0);
+        bodies.add(0, 0, DVec3::new(0.1, 0.1, 0.15), DQuat::from_rotation_arc(DVec3::Z, DVec3::X));
+        let half = Share::within(&bodies, &block);
+        assert_relative_eq!(half.length, 0.015, max_relative = 1e-12);
+        assert_eq!((half.parts, half.number), (1, 1));
+    }
+
+    #[test]
+    fn rectangles_lie_across_their_normals() {
+        let size = [0.2, 0.3];
+        for (normal, first, second) in [
+            (DVec3::X, -DVec3::Z, DVec3::Y),
+            (DVec3::Y, -DVec3::Z, -DVec3::X),
+            (DVec3::Z, DVec3::X, DVec3::Y),
+            (-DVec3::Z, -DVec3::X, DVec3::Y),
+            (DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.8, 0.0, -0.6), DVec3::Y),
+        ] {
+            let found = Section::around(DVec3::splat(0.5), normal, size);
+            assert!((found.sides[0] - 0.2 * first).length() < 1e-12, "{found:?}");
+            assert!((found.sides[1] - 0.3 * second).length() < 1e-12, "{found:?}");
+            assert!((found.sides[0].cross(found.sides[1]) - 0.06 * normal).length() < 1e-12);
+            let middle = found.corner + 0.5 * (found.sides[0] + found.sides[1]);
+            assert!((middle - DVec3::splat(0.5)).length() < 1e-12);
+        }
+    }
+
+    /// Through a plane at 45 degrees to aligned fibres go cos 45 as many for the same area.
+    #[test]
+    fn slanted_planes_meet_fewer_fibres() {
+        let bodies = fibres(Direction::Aligned(DVec3::X), 8000);
+        let count = |normal: DVec3| {
+            let places = [0.1, 0.14, 0.18].map(|x| DVec3::new(x, 0.15, 0.15));
+            places.map(|at| crossing(&bodies, &Section::around(at, normal, [0.14, 0.14])).count).iter().sum()
+        };
+        let straight: usize = count(DVec3::X);
+        let slanted: usize = count(DVec3::new(1.0, 0.0, 1.0).normalize());
+        let (expected, error) = (straight as f64 * 0.5_f64.sqrt(), (2.0 * straight as f64).sqrt());
+        assert!((slanted as f64 - expected).abs() < 3.0 * error && straight > 400, "{slanted} {straight}");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::{bench, calc, check, export, failure, lab, report, run, schema, template, validate};
+use crate::{bench, calc, check, export, failure, fibres, lab, report, run, schema, template, validate};
 
 /// Virtual laboratory and casting simulator for fresh concrete and other yield-stress fluids.
 #[derive(Debug, Parser)]
@@ -21,6 +21,7 @@ Examples:
   tremie run planar-collapse.toml
   tremie resume runs/planar-collapse
   tremie report runs/planar-collapse
+  tremie fibres runs/fibre-slump
   tremie export runs/fibre-slump --format csv"
 )]
 struct Program {
@@ -48,6 +49,8 @@ enum Command {
     Resume(run::ResumeArguments),
     /// Make one page of a run: results, figures, pictures, checks
     Report(report::Arguments),
+    /// Cut beams and planes out of a finished cast, and tell how the fibres in them lie
+    Fibres(fibres::Arguments),
     /// Write the aggregates and fibres of a run as other programs read them
     Export(export::Arguments),
     /// Say what a case will cost, and whether its numbers are sound
@@ -73,6 +76,7 @@ pub fn main() -> ExitCode {
             Command::Run(arguments) => run::run(arguments),
             Command::Resume(arguments) => run::resume(&arguments),
             Command::Report(arguments) => report::run(&arguments),
+            Command::Fibres(arguments) => fibres::run(&arguments),
             Command::Export(arguments) => export::run(&arguments),
             Command::Check(arguments) => check::run(&arguments),
             Command::Validate(arguments) => validate::run(arguments),

@@ -13,6 +13,7 @@ mod check;
 mod cli;
 mod export;
 mod failure;
+mod fibres;
 mod gaps;
 mod interrupt;
 mod lab;

@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use super::axes::Scale;
-use super::canvas::{INK, Pen};
+use super::axes::{Scale, TICK, class_colour};
+use super::canvas::{INK, Lettering, Pen};
 use super::field::{Sheet, covered, edge_distance, outlined};
 use super::{Grid, Palette, Picture};
 use crate::Error;
@@ -26,6 +26,22 @@ pub struct EllipseMap<'a> {
     pub quantity: &'a str,
     /// Colours.
     pub palette: Palette,
+    /// Names of classes, shown in colours of their own instead of a scale: first of what is inside of the outline, then of the ellipses, whose values
+    /// are numbers of classes. Such ellipses are lines, so that one does not hide another.
+    pub classes: Option<&'a [&'a str]>,
+    /// Rectangles around some of it.
+    pub frames: &'a [Frame<'a>],
+}
+
+/// A rectangle with a name.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame<'a> {
+    /// Lower corner in metres.
+    pub low: [f64; 2],
+    /// Upper corner in metres.
+    pub high: [f64; 2],
+    /// Its name.
+    pub label: &'a str,
 }
 
 /// An ellipse.
@@ -62,15 +78,33 @@ impl EllipseMap<'_> {
         let scale = Scale::new(0.0, largest, false);
         let mut sheet = Sheet::new(&self.grid);
         sheet.axes.draw_grid(&mut sheet.canvas);
-        sheet.paint(|point, pixel| Some(outlined(BODY, edge_distance(&self.grid, &covered, point, pixel)?)));
+        let body = if self.classes.is_some() { class_colour(0) } else { BODY };
+        sheet.paint(|point, pixel| Some(outlined(body, edge_distance(&self.grid, &covered, point, pixel)?)));
         sheet.canvas.clip(Some(sheet.axes.area));
         for ellipse in self.ellipses {
             let points: Vec<[f64; 2]> =
                 ellipse.points().map(|point| sheet.axes.pixel(point.map(|x| 1e3 * x))).collect();
+            if self.classes.is_some() {
+                let closed: Vec<[f64; 2]> = points.iter().chain(points.first()).copied().collect();
+                let pen = Pen { colour: class_colour(ellipse.value as usize), width: 2.5, dashed: false };
+                sheet.canvas.line(&closed, pen);
+                continue;
+            }
             let colour = self.palette.at(scale.position(ellipse.value));
             sheet.canvas.polygon(&points, colour, Pen { colour: INK, width: 1.0, dashed: false });
         }
+        for frame in self.frames {
+            let [[left, bottom], [right, top]] =
+                [frame.low, frame.high].map(|corner| sheet.axes.pixel(corner.map(|x| 1e3 * x)));
+            let corners = [[left, bottom], [right, bottom], [right, top], [left, top], [left, bottom]];
+            sheet.canvas.line(&corners, Pen { colour: INK, width: 2.0, dashed: false });
+            let lettering = Lettering { outlined: true, ..TICK };
+            sheet.canvas.text(frame.label, [left + 6.0, top + 6.0], [0.0, 0.0], lettering, INK);
+        }
         sheet.canvas.clip(None);
+        if let Some(names) = self.classes {
+            return Ok(sheet.finish_with_classes(self.title, ["x", "y"], names));
+        }
         Ok(sheet.finish(self.title, ["x", "y"], scale, self.palette, self.quantity))
     }
 }
@@ -92,6 +126,8 @@ mod tests {
                 ellipses,
                 quantity: "share [%]",
                 palette: Palette::Viridis,
+                classes: None,
+                frames: &[],
             };
             let picture = map.draw().unwrap();
             let pixels = picture.rgb.as_chunks::<3>().0;
@@ -106,5 +142,40 @@ mod tests {
         let expected = std::f64::consts::PI * (0.1 / pixel - 0.5) * (0.05 / pixel - 0.5);
         let found = coloured(&[ellipse]) - bar;
         assert!((found / expected - 1.0).abs() < 0.02, "{found} {expected}");
+    }
+
+    /// Lines in the colours of the classes and around the frame; nothing is filled.
+    #[test]
+    fn classes_are_lines_in_frames() {
+        let grid = Grid { origin: [0.0; 2], spacing: [0.01; 2], cells: [40, 40], mirror: [false; 2] };
+        let height = vec![0.1; 1600];
+        let draw = |ellipses: &[Ellipse], frames: &[Frame]| {
+            let map = EllipseMap {
+                title: "",
+                grid,
+                height: &height,
+                ellipses,
+                quantity: "",
+                palette: Palette::Viridis,
+                classes: Some(&["concrete", "lower half", "upper half"]),
+                frames,
+            };
+            map.draw().unwrap()
+        };
+        let count = |picture: &Picture, colour: [u8; 3]| {
+            picture.rgb.as_chunks::<3>().0.iter().filter(|p| **p == colour).count() as f64
+        };
+        let half_axes = [[0.1, 0.0], [0.0, 0.1]];
+        let ellipse = |value| Ellipse { centre: [0.2; 2], half_axes, value };
+        let plain = draw(&[], &[]);
+        for class in [1, 2] {
+            let drawn = draw(&[ellipse(class as f64)], &[]);
+            let found = count(&drawn, class_colour(class)) - count(&plain, class_colour(class));
+            // 225 pixels of radius; of the line's width some is smoothed at its edges.
+            assert!((1.0..3.0).contains(&(found / (TAU * 225.0))), "{found}");
+        }
+        let framed = draw(&[], &[Frame { low: [0.1; 2], high: [0.3; 2], label: "" }]);
+        let found = count(&framed, INK) - count(&plain, INK);
+        assert!((1.0..3.0).contains(&(found / (4.0 * 450.0))), "{found}");
     }
 }

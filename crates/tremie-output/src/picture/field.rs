@@ -160,8 +160,7 @@ impl Cut<'_> {
                 .line(&[[left, bottom], [right, bottom]], Pen { colour: INK, width: 5.0, dashed: false });
         }
         if let Some(names) = self.classes {
-            draw_classes(&mut sheet.canvas, sheet.bar, names);
-            return Ok(sheet.frame(self.title, self.axes));
+            return Ok(sheet.finish_with_classes(self.title, self.axes, names));
         }
         Ok(sheet.finish(self.title, self.axes, scale, self.palette, self.quantity))
     }
@@ -252,6 +251,11 @@ impl Sheet {
         quantity: &str,
     ) -> Picture {
         draw_colour_bar(&mut self.canvas, self.bar, scale, palette, quantity);
+        self.frame(title, axes)
+    }
+
+    pub(super) fn finish_with_classes(mut self, title: &str, axes: [&str; 2], names: &[&str]) -> Picture {
+        draw_classes(&mut self.canvas, self.bar, names);
         self.frame(title, axes)
     }
 

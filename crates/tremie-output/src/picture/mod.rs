@@ -16,7 +16,7 @@ use std::io;
 use std::path::Path;
 
 pub use canvas::Picture;
-pub use ellipses::{Ellipse, EllipseMap};
+pub use ellipses::{Ellipse, EllipseMap, Frame};
 pub use field::{Circle, Cut, HeightMap};
 pub use grid::Grid;
 pub use plot::{Axis, Curve, Plot, Reference, Style};

@@ -8,6 +8,7 @@
 //! alike, since their fill differs by a factor of two at most.
 
 mod crossing;
+mod cut;
 mod front;
 mod level;
 mod light;
@@ -18,6 +19,7 @@ pub(crate) mod segregation;
 mod spread;
 
 pub use crossing::{TargetTime, first_crossing};
+pub use cut::{Held, cut, half_height, held};
 pub use lying::{Half, Region, regions};
 pub use pressure::{Peak, WallPressure};
 pub use section::{Through, through};

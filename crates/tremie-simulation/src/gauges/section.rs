@@ -33,16 +33,14 @@ fn corners(section: &FibreSection, [low, high]: [DVec3; 2]) -> [DVec3; 2] {
     [section.min.unwrap_or(low).max(low), section.max.unwrap_or(high).min(high)]
 }
 
-/// Area in m2 of a section that is wet.
-fn wet(cells: &Cells, section: &FibreSection) -> f64 {
-    let [low, high] = corners(section, cells.domain);
-    let axis = section.axis;
+/// Area in m2 that is wet of a section across an axis, at a coordinate in m, between corners within the domain.
+pub(super) fn wet(cells: &Cells, axis: usize, at: f64, [low, high]: [DVec3; 2]) -> f64 {
     let weight = |a: usize, i: usize| {
         let from = cells.origin[a] + i as f64 * cells.size;
         if a == axis {
             // Beyond the last centre before a side of the domain nothing is known but the last cell.
             let half = 0.5 * cells.size;
-            let at = section.at.clamp(cells.domain[0][a] + half, cells.domain[1][a] - half);
+            let at = at.clamp(cells.domain[0][a] + half, cells.domain[1][a] - half);
             (1.0 - (at - from - half).abs() / cells.size).max(0.0)
         } else {
             ((from + cells.size).min(high[a]) - from.max(low[a])).max(0.0) / cells.size
@@ -62,7 +60,7 @@ pub fn through(cells: &Cells, bodies: &Inclusions, section: &FibreSection) -> Th
     let mut corner = low;
     corner[section.axis] = section.at;
     let found = crossing(bodies, &Section { corner, sides: [side(one), side(two)] });
-    let area = wet(cells, section);
+    let area = wet(cells, section.axis, section.at, [low, high]);
     let fluid = cells.fill.iter().sum::<f64>() * cells.size.powi(3);
     let fibre = |n: usize| match bodies.form(n) {
         form @ Form::Fibre { .. } => form.volume(),

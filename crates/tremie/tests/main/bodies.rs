@@ -217,3 +217,162 @@ fn check_counts_bodies_and_tells_what_they_add() {
     let added = numbers["bodies_memory_bytes"].as_f64().unwrap();
     assert!(added > 0.0 && (memory(&numbers) - memory(&other) - added).abs() <= 2.0);
 }
+
+const CUTS: &str = "[[beam]]\nname = \"foot\"\nmin = [\"0 mm\", \"10 mm\", \"0 mm\"]\n\
+    max = [\"160 mm\", \"90 mm\", \"40 mm\"]\n\n[[beam]]\nname = \"core\"\nmin = [\"0 mm\", \"0 mm\", \"0 mm\"]\n\
+    max = [\"60 mm\", \"60 mm\", \"400 mm\"]\nalong = \"z\"\n\n[[plane]]\nname = \"slanted\"\n\
+    point = [\"80 mm\", \"50 mm\", \"30 mm\"]\nnormal = [1, 1, 0]\nsize = [\"60 mm\", \"100 mm\"]\n";
+
+#[test]
+fn beams_and_planes_are_cut_out_of_a_cast() {
+    let place = with_bodies(&[("\"1 s\"", "\"0.2 s\"")]);
+    let place = place.path();
+    done(place, &["run", "slump.toml", "--out", "run", "-q"]);
+    let told = done(place, &["fibres", "run"]);
+    for word in ["Coarse slump, run at t = 0.2", "share [%]", "a11", "largest", "upper half"] {
+        assert!(told.contains(word), "{word}: {told}");
+    }
+    assert!(!place.join("run/fibres").exists() && !told.contains("Written"));
+
+    fs::write(place.join("cuts.toml"), CUTS).unwrap();
+    let told = done(place, &["fibres", "run", "--cut", "cuts.toml"]);
+    for word in ["x = 80 mm", "z = 200 mm", "slanted", "alpha", "run/fibres/foot.csv"] {
+        assert!(told.contains(word), "{word}: {told}");
+    }
+    let found = done(place, &["fibres", "run", "--cut", "cuts.toml", "--out", "cuts", "--json"]);
+    let found: Value = serde_json::from_str(&found).unwrap();
+    let number = |value: &Value| value.as_f64().unwrap();
+    let cast = &found["cast"]["whole"];
+    assert_eq!(cast["count"], 60);
+    assert!((number(&cast["length_m"]) - 60.0 * 0.06).abs() < 1e-9);
+    let concrete = number(&cast["concrete_m3"]);
+    assert!(
+        (concrete / number(&json(&place.join("run/summary.json"))["volume_m3"]) * 4.0 - 1.0).abs() < 0.01
+    );
+    for part in [&found["cast"], &found["beams"][0]["fibres"], &found["beams"][1]["fibres"]] {
+        for what in ["length_m", "volume_m3", "concrete_m3"] {
+            let [whole, lower, upper] =
+                ["whole", "lower_half", "upper_half"].map(|half| number(&part[half][what]));
+            assert!((lower + upper - whole).abs() < 1e-9 * whole, "{what}: {part}");
+        }
+        let tensor = part["whole"]["tensor"].as_array().unwrap();
+        let values = part["whole"]["eigenvalues"].as_array().unwrap();
+        assert!((tensor[..3].iter().map(number).sum::<f64>() - 1.0).abs() < 1e-9);
+        assert!((values.iter().map(number).sum::<f64>() - 1.0).abs() < 1e-9);
+    }
+    // Through the section of a beam alpha is N A_f / (phi A_c).
+    let beam = &found["beams"][0];
+    let (section, whole) = (&beam["section"], &beam["fibres"]["whole"]);
+    let area = std::f64::consts::PI / 4.0 * 1e-6;
+    let alpha = number(&section["count"]) * area
+        / (number(&whole["volume_fraction"]) * number(&section["concrete_m2"]));
+    assert!((alpha - number(&section["orientation_factor"])).abs() < 1e-9 && alpha > 0.0, "{beam}");
+    assert_eq!((&section["axis"], &found["beams"][1]["section"]["axis"]), (&"x".into(), &"z".into()));
+    assert!((number(&found["beams"][1]["max_m"][2]) - 0.32).abs() < 1e-12, "the domain ends there");
+
+    // The same in the tables, here and there.
+    let cuts = place.join("cuts");
+    for name in ["beams.csv", "planes.csv", "foot.csv", "core.csv", "cuts.png"] {
+        assert_eq!(
+            fs::read(cuts.join(name)).unwrap(),
+            fs::read(place.join("run/fibres").join(name)).unwrap()
+        );
+    }
+    let table = fs::read_to_string(cuts.join("beams.csv")).unwrap();
+    let lines: Vec<Vec<&str>> = table.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(lines.len(), 1 + 2 * 3);
+    assert!(lines.iter().all(|line| line.len() == lines[0].len()));
+    assert_eq!((lines[1][0], lines[1][1], lines[6][1]), ("foot", "whole", "upper half"));
+    assert_eq!(lines[1].last().unwrap().parse::<f64>().unwrap(), number(&section["orientation_factor"]));
+    assert!(fs::read_to_string(cuts.join("planes.csv")).unwrap().starts_with("plane,fibres,fibres_per_m2,"));
+    let clipped = fs::read_to_string(cuts.join("foot.csv")).unwrap();
+    assert_eq!(clipped.lines().count() - 1, whole["count"].as_u64().unwrap() as usize);
+    let length = |line: &str| {
+        let ends: Vec<f64> = line.split(',').skip(1).take(6).map(|cell| cell.parse().unwrap()).collect();
+        (0..3).map(|a| (ends[a + 3] - ends[a]).powi(2)).sum::<f64>().sqrt()
+    };
+    let total: f64 = clipped.lines().skip(1).map(length).sum();
+    assert!((total - number(&whole["length_m"])).abs() < 1e-9);
+
+    // A case reads the pieces that are long enough for its cells.
+    let long = |line: &&str| line.starts_with("id,") || length(line) > 0.031;
+    let kept: Vec<&str> = clipped.lines().filter(long).collect();
+    fs::write(place.join("foot.csv"), kept.join("\n")).unwrap();
+    let group =
+        "[[inclusions]]\nname = \"steel\"\ndensity = \"7850 kg/m3\"\ncsv = { file = \"foot.csv\" }\n\n[lbm]";
+    let everywhere =
+        "box = { min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"340 mm\", \"340 mm\", \"320 mm\"] }\n#";
+    let case = CASE.replace("20 mm", "10 mm").replace("[lbm]", group).replace("cone = {", everywhere);
+    fs::write(place.join("again.toml"), case).unwrap();
+    let read = tremie_case::Case::read(&place.join("again.toml")).unwrap();
+    assert!(kept.len() > 2 && read.inclusions.len() == kept.len() - 1);
+
+    // Against itself nothing differs.
+    let told = done(place, &["fibres", "run", "--cut", "cuts.toml", "--against", "run"]);
+    assert!(told.contains("Against run at t = 0.2") && told.contains("angle"), "{told}");
+    let found = done(place, &["fibres", "run", "--cut", "cuts.toml", "--against", "run", "--json"]);
+    let found: Value = serde_json::from_str(&found).unwrap();
+    let difference = &found["difference"]["beams"][0];
+    assert_eq!(difference["fibres"]["lower_half"]["count"], 0);
+    assert_eq!(difference["fibres"]["whole"]["angle_degrees"], 0.0);
+    assert_eq!(difference["section"]["orientation_factor"], 0.0);
+    assert_eq!(found["difference"]["planes"][0]["count"], 0);
+    // Against an earlier moment the difference is the first less the second.
+    let case = fs::read_to_string(place.join("slump.toml")).unwrap().replace("\"0.2 s\"", "\"20 ms\"");
+    fs::write(place.join("early.toml"), case).unwrap();
+    done(place, &["run", "early.toml", "--out", "early", "-q"]);
+    let found = done(place, &["fibres", "run", "--cut", "cuts.toml", "--against", "early", "--json"]);
+    let found: Value = serde_json::from_str(&found).unwrap();
+    let concrete = |of: &Value| number(&of["beams"][0]["fibres"]["whole"]["concrete_m3"]);
+    assert!(concrete(&found) > concrete(&found["against"]), "it has spread over the beam");
+    let [here, there] = [&found, &found["against"]].map(|of| {
+        let beam = &of["beams"][0]["fibres"]["upper_half"];
+        (number(&beam["count"]), number(&beam["eigenvalues"][0]))
+    });
+    let difference = &found["difference"]["beams"][0]["fibres"]["upper_half"];
+    assert_eq!(number(&difference["count"]), here.0 - there.0);
+    assert!((number(&difference["largest_eigenvalue"]) - (here.1 - there.1)).abs() < 1e-12);
+    assert!(!place.join("early/fibres").exists());
+}
+
+#[test]
+fn cuts_that_make_no_sense_are_refused() {
+    let place = with_bodies(&[("\"1 s\"", "\"20 ms\"")]);
+    let place = place.path();
+    done(place, &["run", "slump.toml", "--out", "run", "-q"]);
+    let command = ["fibres", "run", "--cut", "cuts.toml"];
+    for (old, new, words) in [
+        ("\"160 mm\"", "\"160\"", &["cuts.toml:4:", "has no unit"][..]),
+        ("\"160 mm\"", "\"160 s\"", &["cuts.toml:4:", "a time, not a length"]),
+        ("\"160 mm\"", "\"-160 mm\"", &["cuts.toml:4:", "is not above `min` along x"]),
+        ("\"core\"", "\"foot\"", &["cuts.toml:6:", "two beams are called `foot`"]),
+        ("normal =", "normale =", &["cuts.toml:15:", "did you mean `normal`?"]),
+        ("[1, 1, 0]", "[0, 0, 0]", &["cuts.toml:15:", "has no direction"]),
+        (
+            "[\"80 mm\", \"50 mm\"",
+            "[\"8 m\", \"50 mm\"",
+            &["cuts.toml:14:", "`slanted` lies outside the domain of run", "\"340 mm\""],
+        ),
+        (
+            "min = [\"0 mm\", \"10 mm\", \"0 mm\"]\nmax = [\"160 mm\"",
+            "min = [\"-90 mm\", \"10 mm\", \"0 mm\"]\nmax = [\"0 mm\"",
+            &["cuts.toml:3:", "beam `foot` lies outside the domain"],
+        ),
+    ] {
+        assert!(CUTS.contains(old), "{old}");
+        fs::write(place.join("cuts.toml"), CUTS.replace(old, new)).unwrap();
+        refused(place, &command, words);
+    }
+    fs::write(place.join("cuts.toml"), "").unwrap();
+    refused(place, &command, &["`beam` or `plane` is missing"]);
+    refused(place, &["fibres", "run", "--cut", "none.toml"], &["cannot read the file of cuts none.toml"]);
+    fs::write(place.join("cuts.toml"), CUTS).unwrap();
+    refused(place, &["fibres", "none"], &["none holds no run"]);
+    refused(place, &["fibres", "run", "--against", "none"], &["none holds no run"]);
+    refused(place, &["fibres", "run", "--out", "cuts"], &["--cut"]);
+    refused(place, &["fibres", "run", "--cut", "cuts.toml", "--out", "cuts.toml"], &["cannot be written"]);
+    assert!(!place.join("run/fibres").exists());
+    let plain = folder_with_case(&[("\"1 s\"", "\"20 ms\"")]);
+    done(plain.path(), &["run", "slump.toml", "--out", "run", "-q"]);
+    refused(plain.path(), &["fibres", "run"], &["run has no fibres"]);
+}
