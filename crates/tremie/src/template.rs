@@ -49,7 +49,11 @@ const TEMPLATES: [Template; 20] = [
         "heterogeneous-slump",
         "a cone of concrete with aggregates and steel fibres is let go and spreads (Svec)"
     ),
-    template!("fibre-slab", "a slab with 41,000 steel fibres is cast from a hose near its corner (Svec)"),
+    template!(
+        "fibre-slab",
+        "a slab with 41,000 steel fibres is cast from a hose near its corner (Svec)",
+        "cuts.toml"
+    ),
     template!("fibre-plate", "a larger one with 72,000 (Svec)"),
     template!("fibre-beam", "a beam of RILEM with steel fibres is cast from a hose (Svec)"),
     template!("fibre-wall", "a wall with stiffeners and 42,000 steel fibres is cast from a hose (Svec)"),

@@ -207,6 +207,14 @@ fn an_inlet_ends_by_time_or_by_volume() {
 }
 
 #[test]
+fn an_inlet_whose_face_goes_through_the_centres_of_cells_pours() {
+    let case = case(&tank("", &HOSE.replace("153 mm", "155 mm"), "f64"));
+    let simulation = advanced(&case, 500);
+    let inflow = simulation.snapshot().inflow[0] / simulation.time();
+    assert!((inflow / 1e-3 - 1.0).abs() < 1e-12, "{inflow}");
+}
+
+#[test]
 fn half_an_inlet_behind_a_symmetry_plane_gives_half() {
     let half = HOSE.replace("83 mm", "0 mm");
     let case = case(&tank("x_min = \"symmetry\"", &half, "f64"));

@@ -25,8 +25,8 @@ const FOLDER: &str = "fibres";
 #[command(after_help = "\
 Examples:
   tremie fibres runs/slab
-  tremie fibres runs/slab --cut cases/slab/cuts.toml --out cuts
-  tremie fibres runs/slab --cut cases/slab/cuts.toml --against runs/rough
+  tremie fibres runs/slab --cut cases/fibre-slab/cuts.toml --out cuts
+  tremie fibres runs/slab --cut cases/fibre-slab/cuts.toml --against runs/rough
   tremie fibres runs/slab --json
 
 A file of cuts has beams, boxes along the axes, and pieces of planes:
