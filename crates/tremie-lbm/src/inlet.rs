@@ -29,7 +29,7 @@ use crate::topology::{AIR, CELLS, EDGE};
 /// Thickness of a plate in cells: no link of the lattice is as long.
 pub(crate) const THICKNESS: f64 = 2.0;
 
-/// How far in cells a face is moved on for the lattice: a cell whose centre lies in it belongs to the plate, and not to neither side.
+/// How far in cells a face is moved on for the lattice: a cell whose centre lies in it belongs to the plate; else it would be on neither side.
 const AHEAD: f64 = 1e-6;
 
 /// A face as the lattice has it, with cells of the edge `size` in m, and its plate.
