@@ -12,6 +12,7 @@ use tremie_suspension::Inclusions;
 
 use crate::document::Document;
 use crate::fault::{CaseError, Fault, InvalidCase};
+use crate::fibre_field::FibreField;
 use crate::inclusions::{self, Following, InclusionGroup, Incoming};
 use crate::schema::SIDE_KEYS;
 use crate::{check, schema};
@@ -40,6 +41,8 @@ pub struct Case {
     pub inclusions: Inclusions,
     /// How they are followed.
     pub following: Following,
+    /// Fibres too many to be followed.
+    pub fibre_field: Option<FibreField>,
     /// Where bars stand that are too thin for the cells; cages may overlap each other and reach beyond the domain.
     pub cages: Vec<Cage>,
     /// The meshes that solids are made from, in the order in which the case names them.

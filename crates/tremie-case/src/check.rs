@@ -187,6 +187,7 @@ fn scheme(lbm: &Lbm, case: &Case, document: &Document<'_>) -> Result<(), Fault> 
         ("solids", !case.solids.is_empty()),
         ("cages", !case.cages.is_empty()),
         ("inclusions", case.has_bodies()),
+        ("fibre fields", case.fibre_field.is_some()),
         ("inlets", !case.inlets.is_empty()),
         ("outlets and open sides", case.has_outlets()),
         ("batches", !case.batches().is_empty()),

@@ -294,7 +294,7 @@ const ELLIPSOID: Section<Form> = {
     }
 };
 
-const FIBRE: Section<Form> = {
+pub(crate) const FIBRE: Section<Form> = {
     const LONG: Need<Quantity> = need("length", "length", LENGTH);
     Section {
         keys: &[&LONG, &DIAMETER],
@@ -305,7 +305,7 @@ const FIBRE: Section<Form> = {
 
 const REGION: Section<Shape> = Section { keys: &[&SHAPES], example: &[], read: |t| t.one_of(&SHAPES) };
 
-const DIRECTIONS: WordOr<Direction> = WordOr {
+pub(crate) const DIRECTIONS: WordOr<Direction> = WordOr {
     words: Choice(&[("isotropic", "in all directions alike", Direction::Isotropic)]),
     table: {
         const VECTOR: Vector<3> = Vector(quantity(Dimension::NUMBER, Bound::Any, "1"));
@@ -444,8 +444,10 @@ impl Case {
         };
         let forms = self.groups.iter().flat_map(InclusionGroup::forms);
         let forms = forms.chain(self.incoming().map(|(_, incoming)| &incoming.form));
-        let longest = forms.filter_map(length).reduce(f64::max)?;
-        Some(self.following.region.unwrap_or(longest))
+        match forms.filter_map(length).reduce(f64::max) {
+            Some(longest) => Some(self.following.region.unwrap_or(longest)),
+            None => self.fibre_field.map(|field| field.region),
+        }
     }
 
     /// Lengths in m after which the domain repeats itself, along each axis.

@@ -16,6 +16,7 @@ mod cuts;
 mod describe;
 mod document;
 mod fault;
+mod fibre_field;
 mod files;
 mod inclusions;
 mod listed;
@@ -32,6 +33,7 @@ pub use case::{
 };
 pub use cuts::{Beam, Cuts, Plane};
 pub use fault::{CaseError, InvalidCase};
+pub use fibre_field::FibreField;
 pub use inclusions::{Bodies, FibreSection, Following, InclusionGroup, Incoming, Random};
 pub use listed::{Listed, ListedBody};
 

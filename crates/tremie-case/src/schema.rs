@@ -25,6 +25,7 @@ use crate::document::{
     Variants, Vector, WordOr, maybe, need, or,
 };
 use crate::fault::Fault;
+use crate::fibre_field::{FIBRE_FIELD, FibreField};
 use crate::inclusions::{self, Following, InclusionGroup, Incoming};
 use crate::stl::{self, Place};
 use crate::units::Dimension;
@@ -81,6 +82,11 @@ const CASE: Section<Case> = {
         maybe("inclusions", "aggregates and fibres in the fluid at the start", List(inclusions::GROUP));
     const FOLLOWING_KEY: Or<Section<Following>> =
         or("suspension", "{}", "how inclusions are followed", inclusions::FOLLOWING);
+    const FIELD_KEY: Maybe<Section<FibreField>> = maybe(
+        "fibre_field",
+        "fibres too many to be followed one by one: how they lie, as a field that the fluid carries along",
+        FIBRE_FIELD,
+    );
     const CAGE_KEY: Maybe<List<Section<Cage>>> = maybe(
         "cage",
         "bars too thin for the cells: regions in which they hold the fluid up by their drag; they may overlap",
@@ -103,6 +109,7 @@ const CASE: Section<Case> = {
             &BARS_KEY,
             &GROUPS_KEY,
             &FOLLOWING_KEY,
+            &FIELD_KEY,
             &CAGE_KEY,
             &GAUGES_KEY,
             &STOP_KEY,
@@ -124,6 +131,7 @@ const CASE: Section<Case> = {
                 groups: t.maybe(&GROUPS_KEY)?.unwrap_or_default(),
                 inclusions: Inclusions::default(),
                 following: t.or(&FOLLOWING_KEY)?,
+                fibre_field: t.maybe(&FIELD_KEY)?,
                 cages: called(t.maybe(&CAGE_KEY)?, "cage", |cage| &mut cage.name),
                 gauges: t.need(&GAUGES_KEY)?,
                 stop: t.need(&STOP_KEY)?,

@@ -22,10 +22,11 @@
 
 use tremie_case::Surface;
 
-use crate::collision::{COMPONENT, Held, moments};
+use crate::collision::{COMPONENT, Drive, Held, moments};
 use crate::lanes::{LANES, Lanes, bits};
-use crate::lattice::{Q, opposite};
-use crate::real::Real;
+use crate::lattice::opposite;
+use crate::processor::for_this_processor;
+use crate::real::{Number, Real, larger};
 use crate::relaxation::{Law, Relaxation};
 use crate::rows::SurfaceRow;
 use crate::scaling::Scaling;
@@ -75,12 +76,13 @@ impl Friction {
     }
 
     /// Speed of fluid that a wall stress drives along the wall.
-    pub(crate) fn speed<T: Real, R: Relaxation<T>>(self, stress: T, law: &R) -> T {
+    #[inline(always)]
+    pub(crate) fn speed<T: Number, R: Relaxation<T>>(self, stress: T, law: &R) -> T {
         match self {
             Self::Navier(length) => T::from_f64(length) * law.rate(stress),
             Self::Film { yield_stress, viscosity } => {
                 let driving = stress - T::from_f64(yield_stress);
-                if driving > T::ZERO { driving / T::from_f64(viscosity) } else { T::ZERO }
+                larger(driving, T::ZERO) / T::from_f64(viscosity)
             }
         }
     }
@@ -121,63 +123,93 @@ impl<T: Real> Source<'_, T> {
     fn friction(&self, contact: Option<&Contact>) -> Option<Friction> {
         contact.and_then(|contact| self.solids.friction(contact.solid))
     }
+}
 
-    /// Lets the cells at flat walls with friction slide; adds them to `slides`, for each face.
-    #[inline(never)]
-    pub(crate) fn slide_at_walls<R: Law<T>>(
-        &self,
+for_this_processor! {
+    /// Lets the cells of a row at flat walls with friction slide; adds them to `slides`, for each face.
+    pub(crate) slide_at_walls = slide_at_walls_here<T: Real, R: Law<T>>(
+        source: &Source<'_, T>,
         row: &SurfaceRow,
         contacts: &Contacts,
         physics: &Physics<T, R>,
         own: &Own<'_, T, R>,
         held: Held<Lanes<T>>,
         f: &mut Populations<T>,
-        slides: &mut [u8; 6],
-    ) {
-        let first = (usize::from(row.row) & (ROWS - 1)) * LANES;
-        for (face, Rubbing { along, side }) in self.rubbing(row, contacts).into_iter().enumerate() {
-            let cells = along[0] | along[1];
-            slides[face] |= cells;
-            let (axis, normal) = FACES[face];
-            let away = 2 * axis + if normal == 1 { 1 } else { 2 };
-            for k in (0..LANES).filter(|k| cells >> k & 1 == 1) {
-                let Some(friction) = self.friction(facing(&contacts[k], axis, normal)).or(side) else {
-                    continue;
-                };
-                let sign = T::from_f64(-f64::from(normal));
-                let leaving: [T; Q] = std::array::from_fn(|i| self.own[(i, first + k)]);
-                let law = &physics.law.cell(&own.law, k);
-                let speed = |stress: T| friction.speed(stress, law);
-                let mut sliding = None;
-                for _ in 0..TURNS {
-                    let arriving: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
-                    let m = moments(&arriving, held.of(k), physics.drive(own, k));
-                    let none = [T::ZERO; 2];
-                    let (mut stress, mut left, mut taken, mut force) = (none, none, none, none);
-                    for (n, t) in tangents(axis).into_iter().enumerate() {
-                        if along[n] >> k & 1 == 0 {
-                            continue;
-                        }
-                        let [a, b] = SLANTED[face][n];
-                        stress[n] = sign * m.stress[COMPONENT[axis][t]];
-                        left[n] = sign * m.stress_left(&leaving, axis, t);
-                        taken[n] = arriving[b] + leaving[opposite(b)] - arriving[a] - leaving[opposite(a)];
-                        force[n] = m.force[t];
-                    }
-                    let [more, traction] =
-                        sliding_velocity(&m, stress, left, taken, force, law, speed, sliding);
-                    let before = sliding.unwrap_or(none);
-                    for (n, [a, b]) in SLANTED[face].into_iter().enumerate() {
-                        let push = T::from_f64(1.0 / 6.0) * more[n];
-                        // Bounce-back would send back what the flow carries along of the stress (module `collision`).
-                        let carried = traction[n] * more[n];
-                        f[a].0[k] += push - carried;
-                        f[b].0[k] -= push + carried;
-                        f[away].0[k] += carried + carried;
-                    }
-                    sliding = Some([before[0] + more[0], before[1] + more[1]]);
-                }
+        slides: &mut [u8; 6]
+    )
+}
+
+#[inline(always)]
+fn slide_at_walls_here<T: Real, R: Law<T>>(
+    source: &Source<'_, T>,
+    row: &SurfaceRow,
+    contacts: &Contacts,
+    physics: &Physics<T, R>,
+    own: &Own<'_, T, R>,
+    held: Held<Lanes<T>>,
+    f: &mut Populations<T>,
+    slides: &mut [u8; 6],
+) {
+    let first = (usize::from(row.row) & (ROWS - 1)) * LANES;
+    let law = physics.law.row(&own.law);
+    for (face, Rubbing { along, side }) in source.rubbing(row, contacts).into_iter().enumerate() {
+        let (axis, normal) = FACES[face];
+        let friction = |k: usize| source.friction(facing(&contacts[k], axis, normal)).or(side);
+        let mut left = along[0] | along[1];
+        slides[face] |= left;
+        // The cells along walls of one friction at once.
+        while left != 0 {
+            let of_first = friction(left.trailing_zeros() as usize);
+            let cells = left & bits(|k| friction(k) == of_first);
+            left &= !cells;
+            if let Some(friction) = of_first {
+                let leaving = std::array::from_fn(|i| source.own.lanes(i, first));
+                let drive = physics.drive_row(own);
+                let speed = |stress: Lanes<T>| friction.speed(stress, &law);
+                slide(f, &leaving, face, cells, along.map(|along| along & cells), held, drive, &law, speed);
             }
         }
+    }
+}
+
+/// Lets some cells of a row slide along a face at the speed `slides` of the wall stress; those that do so `along` each of the two tangents.
+#[inline(always)]
+fn slide<T: Real, R: Relaxation<Lanes<T>>>(
+    f: &mut Populations<T>,
+    leaving: &Populations<T>,
+    face: usize,
+    cells: u8,
+    along: [u8; 2],
+    held: Held<Lanes<T>>,
+    drive: Drive<Lanes<T>>,
+    law: &R,
+    slides: impl Fn(Lanes<T>) -> Lanes<T>,
+) {
+    let (axis, normal) = FACES[face];
+    let away = 2 * axis + if normal == 1 { 1 } else { 2 };
+    let sign = Lanes::from_f64(-f64::from(normal));
+    let none = [Lanes::ZERO; 2];
+    let mut sliding = None;
+    for _ in 0..TURNS {
+        let m = moments(f, held, drive);
+        let (mut stress, mut left, mut taken, mut force) = (none, none, none, none);
+        for (n, t) in tangents(axis).into_iter().enumerate() {
+            let [a, b] = SLANTED[face][n];
+            stress[n] = (sign * m.stress[COMPONENT[axis][t]]).only(along[n]);
+            left[n] = (sign * m.stress_left(leaving, axis, t)).only(along[n]);
+            taken[n] = (f[b] + leaving[opposite(b)] - f[a] - leaving[opposite(a)]).only(along[n]);
+            force[n] = m.force[t].only(along[n]);
+        }
+        let [more, traction] = sliding_velocity(&m, stress, left, taken, force, law, &slides, sliding);
+        let before = sliding.unwrap_or(none);
+        for (n, [a, b]) in SLANTED[face].into_iter().enumerate() {
+            let push = Lanes::from_f64(1.0 / 6.0) * more[n];
+            // Bounce-back would send back what the flow carries along of the stress (module `collision`).
+            let carried = traction[n] * more[n];
+            f[a] = Lanes::choose(cells, f[a] + (push - carried), f[a]);
+            f[b] = Lanes::choose(cells, f[b] - (push + carried), f[b]);
+            f[away] = Lanes::choose(cells, f[away] + (carried + carried), f[away]);
+        }
+        sliding = Some([before[0] + more[0], before[1] + more[1]]);
     }
 }

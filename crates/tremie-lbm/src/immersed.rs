@@ -3,6 +3,10 @@
 //! Each step leaves the velocity of every cell as it was in the middle of the step, half of the forces included, and the share of
 //! the cell that is fluid; and takes a force on each cell, beside its weight. Both are kept cell by cell, because inclusions lie where they like:
 //! what is asked for at a point are runs of four cells (module `delta`), not rows.
+//!
+//! What a point sees is the mean of the last two steps. In a rigid cell at a wall an impulse is left over that alternates between steps for ever, as nothing relaxes there.
+//! A fibre that answered it, a step late, would drive it: by the drag k for each unit of velocity, u goes to -(1 + k) u in each step. The mean of two
+//! steps does not see it; and what moves steadily is slowed by the fibre as before, up to k = 2.
 
 use crate::grid::Grid;
 use crate::lanes::{LANES, Lanes};
@@ -60,6 +64,8 @@ pub(crate) struct Immersed<T> {
     any: bool,
     /// The share of the cell that is fluid, last, and the velocity times it.
     pub(crate) seen: Field<T>,
+    /// The same as it was a step before.
+    pub(crate) before: Field<T>,
     /// Forces.
     pub(crate) pushes: Field<T>,
     /// The points that were asked for last, in the order in which they are gone through.
@@ -76,6 +82,7 @@ impl<T: Real> Immersed<T> {
         Self {
             any,
             seen: Vec::new(),
+            before: Vec::new(),
             pushes: Vec::new(),
             sorted: Sorted::default(),
             sums: Vec::new(),
@@ -91,12 +98,15 @@ impl<T: Real> Immersed<T> {
     /// Appends a slot.
     pub(crate) fn push_slot(&mut self) {
         self.seen.push(self.any.then(bytemuck::allocation::zeroed_box));
+        self.before.push(self.any.then(bytemuck::allocation::zeroed_box));
         self.pushes.push(self.any.then(bytemuck::allocation::zeroed_box));
     }
 
     /// Forgets what a slot held.
     pub(crate) fn clear(&mut self, slot: usize) {
-        for vectors in [&mut self.seen[slot], &mut self.pushes[slot]].into_iter().flatten() {
+        for vectors in
+            [&mut self.seen[slot], &mut self.before[slot], &mut self.pushes[slot]].into_iter().flatten()
+        {
             **vectors = bytemuck::Zeroable::zeroed();
         }
     }
@@ -106,9 +116,18 @@ impl<T: Real> Immersed<T> {
         self.pushes[slot].as_deref()
     }
 
-    /// What there is to see of all blocks, to be written, and the forces on them.
-    pub(crate) fn split(&mut self) -> (&mut Field<T>, &Field<T>) {
+    /// Begins a step: what there is to see of all blocks, to be written, and the forces on them.
+    pub(crate) fn begin(&mut self) -> (&mut Field<T>, &Field<T>) {
+        std::mem::swap(&mut self.seen, &mut self.before);
         (&mut self.seen, &self.pushes)
+    }
+
+    /// Brings what was seen a step before into the units of a time step that is `factor` times as long.
+    pub(crate) fn rescale(&mut self, factor: f64) {
+        let factor = T::from_f64(factor);
+        for cell in self.before.iter_mut().flatten().flat_map(|vectors| vectors.cells_mut()) {
+            cell[..3].iter_mut().for_each(|u| *u = *u * factor);
+        }
     }
 
     /// What a slot holds for the cells that are `wet`, in a form that can be saved; zero for others.
@@ -117,12 +136,13 @@ impl<T: Real> Immersed<T> {
             let cells = vectors.cells().iter().enumerate();
             cells.flat_map(|(n, cell)| if wet(n) { *cell } else { [T::ZERO; 4] }).collect()
         };
-        [&self.seen[slot], &self.pushes[slot]].into_iter().flatten().flat_map(|vectors| of(vectors)).collect()
+        let all = [&self.seen[slot], &self.before[slot], &self.pushes[slot]];
+        all.into_iter().flatten().flat_map(|vectors| of(vectors)).collect()
     }
 
     /// Memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let boxes = self.seen.iter().chain(&self.pushes).flatten().count();
+        let boxes = self.seen.iter().chain(&self.before).chain(&self.pushes).flatten().count();
         boxes * size_of::<Vectors<T>>()
     }
 }
@@ -131,13 +151,13 @@ impl<T: Real> Grid<T> {
     /// Fills the blocks with what was saved, in the order of their slots; none if it is of another size.
     pub(crate) fn load_immersed(&mut self, saved: &[T]) -> Option<()> {
         let slots: Vec<usize> = self.slots().collect();
-        if saved.len() != slots.len() * 2 * 4 * CELLS {
+        if saved.len() != slots.len() * 3 * 4 * CELLS {
             return None;
         }
-        for (slot, saved) in slots.into_iter().zip(saved.chunks_exact(2 * 4 * CELLS)) {
-            let (seen, pushes) = saved.split_at(4 * CELLS);
-            let immersed = &mut self.immersed;
-            for (to, from) in [(&mut immersed.seen[slot], seen), (&mut immersed.pushes[slot], pushes)] {
+        for (slot, saved) in slots.into_iter().zip(saved.chunks_exact(3 * 4 * CELLS)) {
+            let Immersed { seen, before, pushes, .. } = &mut self.immersed;
+            let all = [&mut seen[slot], &mut before[slot], &mut pushes[slot]];
+            for (to, from) in all.into_iter().zip(saved.chunks_exact(4 * CELLS)) {
                 let cells = to.as_deref_mut()?.cells_mut();
                 cells.as_flattened_mut().copy_from_slice(from);
             }

@@ -103,6 +103,10 @@ impl<T: Real> Number for Lanes<T> {
         new
     }
     #[inline(always)]
+    fn any_greater(a: Self, b: Self) -> bool {
+        bits(|k| a.0[k] > b.0[k]) != 0
+    }
+    #[inline(always)]
     fn each(self, f: impl Fn(T) -> T) -> Self {
         let mut new = self;
         for k in 0..LANES {

@@ -20,6 +20,7 @@ mod carrier;
 mod collision;
 mod contact;
 mod delta;
+mod fibre_field;
 mod fluid;
 mod friction;
 mod grid;

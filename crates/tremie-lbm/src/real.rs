@@ -42,6 +42,8 @@ pub trait Number:
     fn abs(self) -> Self;
     /// `yes` where `a > b`, `no` elsewhere.
     fn where_greater(a: Self, b: Self, yes: Self, no: Self) -> Self;
+    /// Whether `a > b` in any lane.
+    fn any_greater(a: Self, b: Self) -> bool;
     /// A function of one number, in every lane.
     fn each(self, f: impl Fn(Self::Scalar) -> Self::Scalar) -> Self;
 }
@@ -125,6 +127,10 @@ macro_rules! real {
             #[inline(always)]
             fn where_greater(a: Self, b: Self, yes: Self, no: Self) -> Self {
                 if a > b { yes } else { no }
+            }
+            #[inline(always)]
+            fn any_greater(a: Self, b: Self) -> bool {
+                a > b
             }
             #[inline(always)]
             fn each(self, f: impl Fn(Self) -> Self) -> Self {

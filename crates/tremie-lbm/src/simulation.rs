@@ -10,6 +10,7 @@ use crate::adapt::{INTERVAL, Look, Watch};
 use crate::cage::Cages;
 use crate::carried::Carried;
 use crate::carrier::{Lattice, Sides};
+use crate::fibre_field::FibreField;
 use crate::fluid::Fluid;
 use crate::friction::Friction;
 use crate::grid::{Grid, Kinds};
@@ -83,6 +84,8 @@ pub struct LatticeBoltzmann<T: Real> {
     pub(crate) suspension: Option<Suspension>,
     /// The bodies that come in and leave.
     pub(crate) passage: Passage,
+    /// How fibres lie that are too many to be bodies.
+    pub(crate) fibres: Option<FibreField>,
     /// What has come in, by inlet.
     pub(crate) inflow: Vec<Inflow>,
     /// Mass at the start, or when the time step last changed, with what has come in and left since, which rounding is held against.
@@ -159,6 +162,7 @@ impl<T: Real> LatticeBoltzmann<T> {
             ledger: Ledger { drained_of: vec![Amount::default(); case.batches().len()], ..Ledger::default() },
             suspension,
             passage: passage.unwrap_or_default(),
+            fibres: FibreField::new(case),
             inflow: vec![Inflow::default(); case.inlets.len()],
             mass: 0.0,
             volume: 0.0,
@@ -183,6 +187,9 @@ impl<T: Real> LatticeBoltzmann<T> {
         new.begin_carried();
         new.arrange();
         new.begin_immersed();
+        if let Some(fibres) = &mut new.fibres {
+            fibres.begin(&new.grid);
+        }
         new
     }
 
@@ -408,6 +415,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         self.fluid = fluid(&self.case, &self.scaling);
         self.grid.topology = topology(&self.case, &self.scaling);
         self.grid.cages.rescale(&self.scaling);
+        self.grid.immersed.rescale(factor);
         self.grid.reweigh();
     }
 
@@ -432,6 +440,12 @@ impl<T: Real> LatticeBoltzmann<T> {
         // What the step began with is where the next will write.
         let poured = self.grid.poured(&self.grid.back);
         self.grid.carry(&self.rows, &poured);
+        if let Some(fibres) = &mut self.fibres {
+            for &(cell, _, mass) in &poured {
+                let all = if self.grid.is_liquid(cell) { 1.0 } else { self.grid.mass[cell.0][cell.1] };
+                fibres.pour(cell, (mass / all.max(mass)).clamp(0.0, 1.0));
+            }
+        }
         let poured: f64 = poured.iter().map(|(_, _, mass)| mass).sum();
         let batches = self.ledger.drained_of.len();
         let out = self.grid.drain(batches);
@@ -453,6 +467,14 @@ impl<T: Real> LatticeBoltzmann<T> {
             thixotropy.after(structure, rate * unit, duration)
         });
         self.structured = self.time;
+    }
+
+    /// Lets the flow carry and turn the fibres that are a field.
+    fn turn_fibres(&mut self) {
+        let Self { fibres, grid, fluid, rows, steps, time, scaling, .. } = self;
+        if let Some(fibres) = fibres {
+            fibres.follow(grid, fluid, rows, *steps, *time, scaling.time_step);
+        }
     }
 
     fn breakdown(&self, slot: usize, cell: usize) -> Breakdown {
@@ -538,6 +560,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         if self.steps.is_multiple_of(STRUCTURE) {
             self.restructure();
         }
+        self.turn_fibres();
         Ok(())
     }
 
@@ -550,7 +573,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         Load {
             wet: self.grid.wet,
             allocated: blocks * CELLS,
-            bytes: self.grid.bytes(),
+            bytes: self.grid.bytes() + self.fibres.as_ref().map_or(0, FibreField::bytes),
             updates: self.updates,
         }
     }
@@ -575,7 +598,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             carried.extend(self.grid.carried.saved(slot, wet));
             immersed.extend(self.grid.immersed.saved(slot, wet));
         }
-        let header = serde_json::json!({
+        let mut header = serde_json::json!({
             "for": self.identity(),
             "steps": self.steps,
             "time": self.time,
@@ -607,6 +630,11 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             arrays.push(("immersed".into(), T::into_array(immersed)));
             arrays.push(("inclusions".into(), Array::F64(numbers)));
             arrays.push(("labels".into(), Array::U32(labels)));
+        }
+        if let Some(fibres) = &self.fibres {
+            let (tensors, when) = fibres.saved(&self.grid);
+            arrays.push(("fibre field".into(), Array::F64(tensors)));
+            header["fibre field"] = serde_json::json!(when);
         }
         State { header, arrays }
     }
@@ -643,6 +671,12 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             let counts =
                 serde_json::from_value(state.header["bodies"].clone()).map_err(|_| missing("bodies"))?;
             self.passage.restore(counts, &mut suspension.inclusions).ok_or_else(|| missing("bodies"))?;
+        }
+        if let Some(fibres) = &mut self.fibres {
+            let Array::F64(tensors) = array("fibre field")? else { return Err(missing("fibre field")) };
+            let when = serde_json::from_value(state.header["fibre field"].clone())
+                .map_err(|_| missing("fibre field"))?;
+            fibres.load(&grid, tensors, when).ok_or_else(|| missing("fibre field"))?;
         }
         let rises = serde_json::from_value(state.header["rises"].clone()).map_err(|_| missing("rises"))?;
         grid.restore_rises(rises).ok_or_else(|| missing("rises"))?;

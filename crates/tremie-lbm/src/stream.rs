@@ -19,6 +19,7 @@ use rayon::prelude::*;
 use crate::ahead::Ahead;
 use crate::cage::Cages;
 use crate::collision::{COMPONENT, Held, LEAST_RESISTANCE, Moments, moments};
+use crate::friction::slide_at_walls;
 use crate::grid::{Field, Fill, Grid, Kinds, SHARE, Shape, VELOCITY};
 use crate::immersed::Vectors;
 use crate::lanes::{LANES, Lanes, bits};
@@ -263,7 +264,7 @@ impl<'a, T: Real> Source<'a, T> {
         let own = &own.or(&braked);
         let mut slides = [slides; 6];
         if self.rubs {
-            self.slide_at_walls(row, &contacts, physics, own, held.into(), f, &mut slides);
+            slide_at_walls(self, row, &contacts, physics, own, held.into(), f, &mut slides);
         }
         if !physics.law.row(&own.law).is_newtonian() {
             self.yield_at_walls(row, physics, own, held.into(), slides, f);
@@ -507,7 +508,7 @@ impl<T: Real> Grid<T> {
         let Self { topology, solids, inlets, links, front, back, fills, shape, mass, carried, cages, .. } =
             self;
         let cages: &Cages = cages;
-        let (seen, pushes) = self.immersed.split();
+        let (seen, pushes) = self.immersed.begin();
         (
             back.par_iter_mut(),
             fills.par_iter_mut(),

@@ -5,7 +5,7 @@
 
 use tremie_case::Side;
 use tremie_numerics::DVec3;
-use tremie_simulation::{Cells, Fluid, Simulation, Snapshot, SolidLoad, Wall, WallFace, WallLoads};
+use tremie_simulation::{Cells, Fluid, Lying, Simulation, Snapshot, SolidLoad, Wall, WallFace, WallLoads};
 
 use crate::loads::{Face, Loads};
 use crate::real::Real;
@@ -31,6 +31,11 @@ impl<T: Real> LatticeBoltzmann<T> {
             batches: self.case.batches().iter().map(|name| (name.to_string(), vec![0.0; total])).collect(),
             structure: self.case.material.thixotropy.map(|_| vec![0.0; total]),
             cage: (!self.case.cages.is_empty()).then(|| vec![0.0; total]),
+            lying: self.case.fibre_field.map(|field| Lying {
+                form: field.form,
+                share: field.share,
+                tensors: vec![[0.0; 6]; total],
+            }),
             density: self.scaling.density,
             domain: [self.case.domain.min, self.case.domain.max],
             symmetry: [0, 1, 2].map(|a| [symmetric(2 * a), symmetric(2 * a + 1)]),
@@ -143,6 +148,9 @@ impl<T: Real> LatticeBoltzmann<T> {
             }
             if let Some(structure) = &mut cells.structure {
                 structure[n] = self.grid.carried.structure(slot)[cell];
+            }
+            if let (Some(lying), Some(fibres)) = (&mut cells.lying, &self.fibres) {
+                lying.tensors[n] = fibres.tensor((slot, cell));
             }
             cells.pressure[n] = m.excess_density.to_f64() / 3.0 * pressure_unit;
             cells.velocity[n] = DVec3::from(m.velocity.map(|u| u.to_f64() * velocity_unit));

@@ -39,7 +39,7 @@
 
 use crate::collision::{LEAST_RESISTANCE, Moments};
 use crate::lattice::{C, Q};
-use crate::real::{Number, Real, larger};
+use crate::real::{Number, larger};
 use crate::relaxation::Relaxation;
 
 /// Turns at most, and share of the interval, after which a sliding velocity counts as found.
@@ -139,7 +139,8 @@ pub(crate) fn wall_velocity<T: Number, R: Relaxation<T>>(
 /// In a rigid cell P alternates between steps for ever, as nothing but its mean is the cell's own, and a wall that went by it would
 /// slide by jerks, which stop where there is no stress and so are too fast on average. The stress of such a cell is the mean of P
 /// before this collision and after the last one, which is `(1 - omega/2) P` in a steady flow; where omega is 1 or more, P tells more.
-pub(crate) fn sliding_velocity<T: Real, R: Relaxation<T>>(
+#[inline(always)]
+pub(crate) fn sliding_velocity<T: Number, R: Relaxation<T>>(
     m: &Moments<T>,
     stress: [T; 2],
     left: [T; 2],
@@ -186,39 +187,46 @@ pub(crate) fn sliding_velocity<T: Real, R: Relaxation<T>>(
     };
     // A film is not pushed back, as above.
     let most = T::from_f64(3.0) * larger(larger(still_along, mean_along), stress_along);
-    let least = if T::ONE > m.fill { -before } else { -(size + before.abs()) };
+    let least = T::where_greater(T::ONE, m.fill, -before, -(size + before.abs()));
     let v = root(excess, least, larger(most, size));
     let wall = state(v)[1];
     [direction.map(|along| v * along), direction.map(|along| wall * along)]
 }
 
 /// Where a function that grows from `low` to `high` is zero (regula falsi, Anderson and Bjoerck 1973), or the end nearer to that.
-pub(crate) fn root<T: Real>(f: impl Fn(T) -> T, mut low: T, mut high: T) -> T {
+#[inline(always)]
+pub(crate) fn root<T: Number>(f: impl Fn(T) -> T, mut low: T, mut high: T) -> T {
+    let (one, half) = (T::ONE, T::from_f64(0.5));
     let (mut f_low, mut f_high) = (f(low), f(high));
     let close = T::from_f64(NEAR) * (high - low);
-    if f_low >= T::ZERO || f_high <= T::ZERO {
-        return if f_low >= T::ZERO { low } else { high };
-    }
-    let mut middle = high;
+    let mut middle = T::where_greater(T::ZERO, f_low, high, low);
+    // 1 where the search goes on.
+    let inside = T::where_greater(T::ZERO, f_low, one, T::ZERO);
+    let mut open = T::where_greater(f_high, T::ZERO, inside, T::ZERO);
     for _ in 0..TURNS {
-        let before = middle;
-        middle = high - f_high * (high - low) / (f_high - f_low);
-        let f_middle = f(middle);
-        if f_middle > T::ZERO {
-            let share = T::ONE - f_middle / f_high;
-            f_low = f_low * if share > T::ZERO { share } else { T::from_f64(0.5) };
-            (high, f_high) = (middle, f_middle);
-        } else if f_middle < T::ZERO {
-            let share = T::ONE - f_middle / f_low;
-            f_high = f_high * if share > T::ZERO { share } else { T::from_f64(0.5) };
-            (low, f_low) = (middle, f_middle);
-        } else {
-            return middle;
-        }
-        // One end often stays where it is.
-        if close > high - low || close > (middle - before).abs() {
+        if !T::any_greater(open, T::ZERO) {
             break;
         }
+        let next = high - f_high * (high - low) / (f_high - f_low);
+        let f_next = f(next);
+        // The end that stays where it is counts for less.
+        let eased = |f_end: T| {
+            let share = one - f_next / f_end;
+            T::where_greater(share, T::ZERO, share, half)
+        };
+        let (eased_low, eased_high) = (f_low * eased(f_high), f_high * eased(f_low));
+        let above = |yes: T, no: T| T::where_greater(f_next, T::ZERO, yes, no);
+        let new = [above(low, next), above(eased_low, f_next), above(next, high), above(f_next, eased_high)];
+        let keep = |new: T, old: T| T::where_greater(open, T::ZERO, new, old);
+        low = keep(new[0], low);
+        f_low = keep(new[1], f_low);
+        high = keep(new[2], high);
+        f_high = keep(new[3], f_high);
+        // One end often stays where it is.
+        let narrow = T::where_greater(close, high - low, T::ZERO, open);
+        let moved = T::where_greater(close, (next - middle).abs(), T::ZERO, narrow);
+        middle = keep(next, middle);
+        open = T::where_greater(f_next.abs(), T::ZERO, moved, T::ZERO);
     }
     middle
 }

@@ -15,7 +15,6 @@ use tremie_suspension::Inclusions;
 use tremie_suspension::orientation::components;
 
 use crate::folder::RunFolder;
-use crate::gauges::lying::has_fibres;
 use crate::gauges::{Half, Region, layers, regions, through};
 use crate::{Cells, Fluid, Snapshot};
 
@@ -39,7 +38,8 @@ const ORIENTATION: [&str; 14] = [
 
 /// The files of a run.
 pub(crate) struct Records {
-    segregation: Series,
+    /// Of bodies, if there are any.
+    segregation: Option<Series>,
     fibres: Option<Fibres>,
 }
 
@@ -62,7 +62,8 @@ impl Records {
         folder: &RunFolder,
         time: Option<f64>,
     ) -> Result<Option<Self>, Error> {
-        if bodies.kinds.is_empty() {
+        let (any, region) = (!bodies.kinds.is_empty(), case.fibre_region());
+        if !any && region.is_none() {
             return Ok(None);
         }
         let series = |path: &Path, columns: &[&str]| match time {
@@ -72,8 +73,8 @@ impl Records {
         let shares = shares(bodies);
         let columns = ["time_s", "layer", "low_m", "high_m", "fluid_m3"].into_iter();
         let columns: Vec<&str> = columns.chain(shares.iter().map(String::as_str)).collect();
-        let segregation = series(&folder.segregation(), &columns)?;
-        let fibres = match case.fibre_region().filter(|_| has_fibres(bodies)) {
+        let segregation = any.then(|| series(&folder.segregation(), &columns)).transpose()?;
+        let fibres = match region {
             Some(size) => {
                 let [table, collection] = folder.orientation();
                 let points = match (case.output.snapshot_interval, time) {
@@ -118,14 +119,17 @@ impl Records {
     ) -> Result<(), Error> {
         let Fluid::Cells(cells) = &view.fluid;
         let names = names(&view.inclusions);
-        for (n, layer) in layers(cells, &view.inclusions).iter().enumerate() {
+        let layers = if self.segregation.is_some() { layers(cells, &view.inclusions) } else { Vec::new() };
+        for (n, layer) in layers.iter().enumerate() {
             let mut row = vec![time, n as f64, layer.span[0], layer.span[1], layer.fluid];
             row.extend(names.iter().map(|name| {
                 let kinds = view.inclusions.kinds.iter().zip(&layer.shares);
                 kinds.filter(|(kind, _)| kind.name == *name).map(|(_, share)| share).sum::<f64>()
             }));
             row.push(layer.shares.iter().sum());
-            self.segregation.append(&row)?;
+            if let Some(segregation) = &mut self.segregation {
+                segregation.append(&row)?;
+            }
         }
         match &mut self.fibres {
             Some(fibres) => fibres.write(cells, &view.inclusions, folder, time, number),

@@ -34,6 +34,12 @@ pub(crate) fn write(cells: &Cells, time: f64, path: &Path) -> Result<(), Error> 
     let batch: Vec<u8> = numbers.iter().map(|n| cells.batch(*n) as u8).collect();
     let structure = cells.structure.as_ref().map(|structure| scalar(&|n| structure[n]));
     let cage = cells.cage.as_ref().map(|cage| scalar(&|n| cage[n]));
+    // VTK has 23 before 13.
+    let of = |n: &usize| cells.lying.as_ref().map(|lying| lying.tensors[*n]);
+    let tensors: Vec<f32> = (numbers.iter().filter_map(of))
+        .flat_map(|[xx, yy, zz, xy, xz, yz]| [xx, yy, zz, xy, yz, xz])
+        .map(|a| a as f32)
+        .collect();
     let corner = cells.centre(first[0], first[1], first[2]) - 0.5 * cells.size;
     fn one<'a>(name: &'a str, values: &'a [f32]) -> Field<'a> {
         Field { name, components: 1, values: Values::F32(values) }
@@ -49,6 +55,9 @@ pub(crate) fn write(cells: &Cells, time: f64, path: &Path) -> Result<(), Error> 
     ];
     fields.extend(structure.iter().map(|values| one("structure", values)));
     fields.extend(cage.iter().map(|values| one("share in cages", values)));
+    if cells.lying.is_some() {
+        fields.push(Field { name: "orientation tensor", components: 6, values: Values::F32(&tensors) });
+    }
     if !shares.is_empty() {
         fields.push(Field { name: "batch", components: 1, values: Values::U8(&batch) });
     }

@@ -32,5 +32,5 @@ pub use filling::{FillingFigures, Pocket};
 pub use folder::{FolderError, Machine, RunFolder, RunRecord};
 pub use progress::{Observer, Progress};
 pub use run::{Outcome, RunError, run};
-pub use snapshot::{Cells, Fluid, Snapshot, SolidLoad, Wall, WallFace, WallLoads};
+pub use snapshot::{Cells, Fluid, Lying, Snapshot, SolidLoad, Wall, WallFace, WallLoads};
 pub use summary::{EndReason, Summary};

@@ -9,11 +9,11 @@ use tremie_numerics::DMat3;
 use tremie_output::Error;
 use tremie_output::picture::{self, Circle, Cut, Ellipse, EllipseMap, Grid, HeightMap, Palette, Picture};
 use tremie_suspension::Inclusions;
-use tremie_suspension::orientation::{Block, principal, tensor};
+use tremie_suspension::orientation::{Block, principal};
 
 use crate::filling::Maps;
 use crate::folder::RunFolder;
-use crate::gauges::{Half, Region, regions};
+use crate::gauges::{Half, Region, held, regions};
 use crate::plan::{Axis, Plan};
 use crate::{Cells, Fluid, Snapshot};
 
@@ -250,7 +250,7 @@ pub fn beams(
             let size = square.high - square.low;
             let centre = 0.5 * (square.low + square.high);
             for (class, half) in [lower, upper].iter().enumerate() {
-                let Some(tensor) = tensor(bodies, half) else { continue };
+                let Some(tensor) = held(cells, bodies, half).tensor() else { continue };
                 ellipses.push(Ellipse {
                     centre: [centre.x, centre.y],
                     half_axes: shadow(&tensor).map(|axis| axis.map(|x| 0.5 * size.x.min(size.y) * x)),

@@ -1,7 +1,8 @@
 //! What gauges and writers see: the state of the fluid at one moment, in SI units.
 
-use tremie_numerics::DVec3;
-use tremie_suspension::Inclusions;
+use tremie_numerics::{DMat3, DVec3};
+use tremie_suspension::orientation::tensor_of;
+use tremie_suspension::{Form, Inclusions};
 
 /// The state of a simulation at one moment.
 #[derive(Debug, Clone, PartialEq)]
@@ -116,6 +117,8 @@ pub struct Cells {
     pub batches: Vec<(String, Vec<f64>)>,
     /// Structure lambda of a thixotropic fluid, whose yield stress is 1 + lambda times that of its flow curve.
     pub structure: Option<Vec<f64>>,
+    /// How fibres lie that are too many to be among the bodies.
+    pub lying: Option<Lying>,
     /// Density of the fluid in kg/m3.
     pub density: f64,
     /// The domain's lower and upper corner in m.
@@ -125,7 +128,31 @@ pub struct Cells {
     pub symmetry: [[bool; 2]; 3],
 }
 
+/// Fibres as a field: everywhere in the fluid the same share of the volume.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lying {
+    /// Their form.
+    pub form: Form,
+    /// Share of the volume, of fluid and fibres together.
+    pub share: f64,
+    /// Orientation tensor a_ij in each cell, by its components 11, 22, 33, 12, 13, 23; zero where there is no fluid.
+    pub tensors: Vec<[f64; 6]>,
+}
+
+impl Lying {
+    /// Orientation tensor in a cell.
+    pub fn tensor(&self, n: usize) -> DMat3 {
+        tensor_of(self.tensors[n])
+    }
+}
+
 impl Cells {
+    /// The field by which it is known how fibres lie: none if they are among the bodies.
+    pub fn field_beside(&self, bodies: &Inclusions) -> Option<&Lying> {
+        let followed = bodies.kinds.iter().any(|kind| matches!(kind.form, Form::Fibre { .. }));
+        self.lying.as_ref().filter(|_| !followed)
+    }
+
     /// Number of the cell (i, j, k) in the fields.
     pub fn index(&self, i: usize, j: usize, k: usize) -> usize {
         i + self.count[0] * (j + self.count[1] * k)

@@ -7,7 +7,9 @@
 mod carrier;
 mod contact;
 mod distance;
+mod distribution;
 mod entrance;
+mod folgar_tucker;
 mod form;
 mod friction;
 mod impulse;
@@ -25,7 +27,9 @@ mod walls;
 
 pub use carrier::{Carrier, Seen};
 pub use contact::{ContactLaw, Contacts, Film};
+pub use distribution::Distribution;
 pub use entrance::{Entrant, Opening, passes};
+pub use folgar_tucker::{Closure, FolgarTucker, admissible, interaction_coefficient, shape_factor};
 pub use form::Form;
 pub use friction::{Coupling, Felt, svec_correction};
 pub use inclusions::{Inclusions, Kind};

@@ -12,7 +12,7 @@
 use tremie_numerics::{DMat3, DVec3};
 
 use crate::distance::outer;
-use crate::{Form, Inclusions};
+use crate::{Distribution, Form, Inclusions};
 
 /// A box along the axes of space, in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,6 +95,17 @@ impl Share {
         self.volume += (to - from) * bodies.form(n).volume();
     }
 
+    /// Adds fibres of a form that take so much volume in m3, of which only the orientation tensor is known. Their number is the nearest whole one.
+    pub fn add_all(&mut self, form: &Form, volume: f64, tensor: &DMat3) {
+        let Form::Fibre { length, .. } = *form else { return };
+        let each = form.volume();
+        self.volume += volume;
+        self.length += volume * length / each;
+        self.sum += *tensor * (volume * length / each);
+        self.number = (self.volume / each).round() as usize;
+        self.parts = self.number;
+    }
+
     /// Their orientation tensor a_ij; none without fibres there.
     pub fn tensor(&self) -> Option<DMat3> {
         (self.length > 0.0).then(|| self.sum * self.length.recip())
@@ -127,6 +138,11 @@ pub fn pieces(bodies: &Inclusions, block: &Block) -> Vec<Piece> {
 /// The six components of a symmetric tensor: 11, 22, 33, 12, 13, 23.
 pub fn components(a: &DMat3) -> [f64; 6] {
     [a.x_axis.x, a.y_axis.y, a.z_axis.z, a.x_axis.y, a.x_axis.z, a.y_axis.z]
+}
+
+/// The symmetric tensor with six components, in the order of [`components`].
+pub fn tensor_of([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> DMat3 {
+    DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz])
 }
 
 /// Principal values of a symmetric tensor, the largest first, and their axes: of an ellipsoid, its half-axes.
@@ -217,6 +233,14 @@ impl Crossing {
     pub fn orientation_factor(&self, share: f64) -> f64 {
         self.fibres / (share * self.section)
     }
+}
+
+/// The fibres of a form that go through a section of which so much is wet, in m2, where they take a share of the volume and only their orientation
+/// tensor is known: alpha by the distribution that stands for it ([`Distribution`]), and the nearest whole number.
+pub fn crossing_of(form: &Form, share: f64, tensor: &DMat3, normal: DVec3, wet: f64) -> Crossing {
+    let Form::Fibre { length, .. } = *form else { return Crossing { count: 0, fibres: 0.0, section: wet } };
+    let fibres = share * wet * Distribution::of(tensor).orientation_factor(normal);
+    Crossing { count: (fibres * length / form.volume()).round() as usize, fibres, section: wet }
 }
 
 /// The fibres whose axes go through a section; one that ends in it counts on the side of the section's normal.

@@ -16,9 +16,9 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use thiserror::Error;
 use tremie_numerics::sum::ordered_sum;
-use tremie_numerics::{DQuat, DVec3};
+use tremie_numerics::{DMat3, DQuat, DVec3};
 
-use crate::distance::{Outline, gap};
+use crate::distance::{Outline, gap, outer};
 use crate::neighbours::Cut;
 use crate::{Contacts, Film, Form, Inclusions, Kind, Periods, Response, Wall, Walls, separation};
 
@@ -54,6 +54,15 @@ pub enum Direction {
 }
 
 impl Direction {
+    /// The orientation tensor of bodies that lie so.
+    pub fn tensor(self) -> DMat3 {
+        match self {
+            Self::Isotropic => DMat3::IDENTITY * 3.0_f64.recip(),
+            Self::Planar(normal) => (DMat3::IDENTITY - outer(normal, normal)) * 0.5,
+            Self::Aligned(axis) => outer(axis, axis),
+        }
+    }
+
     /// How a body lies whose axis is drawn so; about its axis it may be turned in any way.
     pub(crate) fn draw(self, random: &mut Pcg64Mcg) -> DQuat {
         let axis = match self {

@@ -379,6 +379,7 @@ impl<const Q: usize> Simulation for Dense<Q> {
             batches: Vec::new(),
             solid: vec![0; self.kinds.len()],
             structure: None,
+            lying: None,
             cage: None,
             density: self.scaling.density,
             domain: [self.case.domain.min, self.case.domain.max],

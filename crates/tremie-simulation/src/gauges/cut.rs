@@ -5,11 +5,11 @@
 
 use tremie_numerics::{DMat3, DVec3};
 use tremie_suspension::Inclusions;
-use tremie_suspension::orientation::{Block, Crossing, Section, Share, crossing_within};
+use tremie_suspension::orientation::{Block, Crossing, Section, Share, crossing_of, crossing_within};
 
 use super::lying::Column;
 use super::section::wet;
-use crate::Cells;
+use crate::{Cells, Lying};
 
 /// What a block holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,7 +42,16 @@ pub fn held(cells: &Cells, bodies: &Inclusions, block: &Block) -> Held {
     let [nx, ny, _] = cells.count;
     let share = |n: usize| weights[0][n % nx] * weights[1][n / nx % ny] * weights[2][n / (nx * ny)];
     let filled: f64 = cells.fill.iter().enumerate().map(|(n, fill)| share(n) * fill).sum();
-    Held { fibres: Share::within(bodies, block), fluid: filled * cells.size.powi(3) }
+    let mut fibres = Share::within(bodies, block);
+    if let Some(field) = cells.field_beside(bodies) {
+        for (n, fill) in cells.fill.iter().enumerate() {
+            let volume = field.share * share(n) * fill * cells.size.powi(3);
+            if volume > 0.0 {
+                fibres.add_all(&field.form, volume, &field.tensor(n));
+            }
+        }
+    }
+    Held { fibres, fluid: filled * cells.size.powi(3) }
 }
 
 /// Height in m below which half of the fluid's volume lies.
@@ -53,8 +62,51 @@ pub fn half_height(cells: &Cells) -> f64 {
 /// What goes through a section in any direction; the area is that of what is wet of it, within the domain.
 pub fn cut(cells: &Cells, bodies: &Inclusions, section: &Section) -> Crossing {
     let [low, high] = cells.domain;
-    let found = crossing_within(bodies, section, &Block { low, high });
-    Crossing { section: wet_area(cells, section), ..found }
+    let wet = wet_area(cells, section);
+    match cells.field_beside(bodies) {
+        Some(field) => cut_field(cells, field, section, wet),
+        None => Crossing { section: wet, ..crossing_within(bodies, section, &Block { low, high }) },
+    }
+}
+
+/// What goes through a section of which so much is wet, in m2, of fibres that are a field: by the mean of the tensors there.
+pub(super) fn cut_field(cells: &Cells, field: &Lying, section: &Section, wet: f64) -> Crossing {
+    let (mut sum, mut weights) = (DMat3::ZERO, 0.0);
+    each_point(cells, section, 2.0, |at| {
+        let place = ((at - cells.origin) / cells.size).floor();
+        let inside = (0..3).all(|a| place[a] >= 0.0 && place[a] < cells.count[a] as f64);
+        if inside {
+            let [i, j, k] = place.to_array().map(|x| x as usize);
+            let n = cells.index(i, j, k);
+            sum += field.tensor(n) * cells.fill[n];
+            weights += cells.fill[n];
+        }
+    });
+    if weights == 0.0 {
+        return Crossing { count: 0, fibres: 0.0, section: wet };
+    }
+    let [one, two] = section.sides;
+    let normal = one.cross(two).normalize_or_zero();
+    crossing_of(&field.form, field.share, &(sum * weights.recip()), normal, wet)
+}
+
+/// Goes through points of a section within the domain, at so many to a cell, and at most so many along an edge; says how many there are with those without.
+fn each_point(cells: &Cells, section: &Section, to_a_cell: f64, mut see: impl FnMut(DVec3)) -> usize {
+    const MOST: f64 = 2000.0;
+    let [low, high] = cells.domain;
+    let [one, two] = section.sides;
+    let counts =
+        [one, two].map(|side| (to_a_cell * side.length() / cells.size).ceil().clamp(1.0, MOST) as usize);
+    for j in 0..counts[1] {
+        for i in 0..counts[0] {
+            let place = |n: usize, count: usize| (n as f64 + 0.5) / count as f64;
+            let at = section.corner + place(i, counts[0]) * one + place(j, counts[1]) * two;
+            if at.cmpge(low).all() && at.cmple(high).all() {
+                see(at);
+            }
+        }
+    }
+    counts[0] * counts[1]
 }
 
 /// Area in m2 of a section that is wet.
@@ -67,26 +119,14 @@ fn wet_area(cells: &Cells, section: &Section) -> f64 {
         }
         return wet(cells, axis, at, [block.low.max(low), block.high.min(high)]);
     }
-    // Points at so many to a cell, at most so many along an edge.
     const POINTS: f64 = 10.0;
-    const MOST: f64 = 2000.0;
     let [one, two] = section.sides;
-    let counts =
-        [one, two].map(|side| (POINTS * side.length() / cells.size).ceil().clamp(1.0, MOST) as usize);
     let normal = one.cross(two);
     let across = normal.abs().to_array();
     let axis = (0..3).fold(0, |most, a| if across[a] > across[most] { a } else { most });
     let mut sum = 0.0;
-    for j in 0..counts[1] {
-        for i in 0..counts[0] {
-            let place = |n: usize, count: usize| (n as f64 + 0.5) / count as f64;
-            let at = section.corner + place(i, counts[0]) * one + place(j, counts[1]) * two;
-            if at.cmpge(low).all() && at.cmple(high).all() {
-                sum += fill(cells, axis, at);
-            }
-        }
-    }
-    normal.length() * sum / (counts[0] * counts[1]) as f64
+    let points = each_point(cells, section, POINTS, |at| sum += fill(cells, axis, at));
+    normal.length() * sum / points as f64
 }
 
 /// The axis that a section lies across and the box that it is, if its sides are along axes.

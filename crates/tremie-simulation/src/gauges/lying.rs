@@ -2,11 +2,11 @@
 //!
 //! A region is a square seen from above, from which the lower or the upper half of the fluid is taken: so much of it by volume lies below the
 //! height that parts them, which in a flat layer is half of its height. The orientation tensor is that of the pieces of fibres in a region,
-//! weighted by their lengths (Svec 2013, Eq. 7.1). Only what is in the domain counts, and not its mirror images.
+//! weighted by their lengths (Svec 2013, Eq. 7.1); where fibres are a field, its mean. Only what is in the domain counts, and not its mirror images.
 
 use tremie_numerics::{DMat3, DVec3};
+use tremie_suspension::Inclusions;
 use tremie_suspension::orientation::{Block, Share};
-use tremie_suspension::{Form, Inclusions};
 
 use crate::Cells;
 
@@ -130,6 +130,18 @@ pub fn regions(cells: &Cells, bodies: &Inclusions, size: f64) -> Vec<Region> {
     };
     let mut shares = vec![[Share::NONE; 2]; columns.len()];
     let heights: Vec<f64> = columns.iter().map(|column| column.height(0.5)).collect();
+    if let Some(field) = cells.field_beside(bodies) {
+        for (n, fill) in cells.fill.iter().enumerate().filter(|(_, fill)| **fill > 0.0) {
+            let (i, j, k) = (n % nx, n / nx % ny, n / (nx * ny));
+            let square = (i + first[0]) / edge + squares[0] * ((j + first[1]) / edge);
+            let bottom = cells.origin.z + k as f64 * cells.size;
+            let below = ((heights[square] - bottom) / cells.size).clamp(0.0, 1.0);
+            let (volume, tensor) = (field.share * fill * cells.size.powi(3), field.tensor(n));
+            let [lower, upper] = &mut shares[square];
+            lower.add_all(&field.form, below * volume, &tensor);
+            upper.add_all(&field.form, (1.0 - below) * volume, &tensor);
+        }
+    }
     for (n, ends) in (0..bodies.len()).filter_map(|n| Some((n, bodies.ends(n)?))) {
         let (from, to) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
         let places = [0, 1].map(|a| {
@@ -157,15 +169,10 @@ pub fn regions(cells: &Cells, bodies: &Inclusions, size: f64) -> Vec<Region> {
     wet.flat_map(|square| Half::BOTH.map(|half| (square, half))).map(region).collect()
 }
 
-/// Whether there are fibres among the kinds of bodies.
-pub(crate) fn has_fibres(bodies: &Inclusions) -> bool {
-    bodies.kinds.iter().any(|kind| matches!(kind.form, Form::Fibre { .. }))
-}
-
 #[cfg(test)]
 mod tests {
     use tremie_numerics::DQuat;
-    use tremie_suspension::Kind;
+    use tremie_suspension::{Form, Kind};
 
     use super::*;
 

@@ -8,6 +8,7 @@ use tremie_numerics::DVec3;
 use tremie_suspension::orientation::{Crossing, Section, crossing};
 use tremie_suspension::{Form, Inclusions};
 
+use super::cut::cut_field;
 use crate::Cells;
 
 /// What goes through a section.
@@ -59,8 +60,14 @@ pub fn through(cells: &Cells, bodies: &Inclusions, section: &FibreSection) -> Th
     let side = |a: usize| DVec3::AXES[a] * (high[a] - low[a]);
     let mut corner = low;
     corner[section.axis] = section.at;
-    let found = crossing(bodies, &Section { corner, sides: [side(one), side(two)] });
+    let plane = Section { corner, sides: [side(one), side(two)] };
+    let found = crossing(bodies, &plane);
     let area = wet(cells, section.axis, section.at, [low, high]);
+    if let Some(field) = cells.field_beside(bodies) {
+        let found = cut_field(cells, field, &plane, area);
+        let factor = if area > 0.0 { found.orientation_factor(field.share) } else { f64::NAN };
+        return Through { count: found.count, area, factor };
+    }
     let fluid = cells.fill.iter().sum::<f64>() * cells.size.powi(3);
     let fibre = |n: usize| match bodies.form(n) {
         form @ Form::Fibre { .. } => form.volume(),

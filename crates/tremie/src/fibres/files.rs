@@ -67,7 +67,7 @@ pub(super) fn write(cast: &Cast, figures: &Figures, folder: &Path) -> Result<Vec
         let title = format!("{}, t = {:.2} s", figures.title, figures.time);
         let blocks: Vec<_> = figures.beams.iter().map(|beam| (beam.name.as_str(), beam.block)).collect();
         write("cuts.png".to_owned(), &|path| pictures::beams(cells, bodies, &title, &blocks)?.write(path))?;
-        for beam in &figures.beams {
+        for beam in figures.beams.iter().filter(|_| cells.field_beside(bodies).is_none()) {
             write(format!("{}.csv", beam.name), &|path| export_pieces(bodies, &beam.block, path))?;
         }
     }

@@ -11,8 +11,8 @@ use std::process::ExitCode;
 
 use clap::Args;
 use tremie_case::{Case, Cuts};
-use tremie_simulation::{RunFolder, Snapshot};
-use tremie_suspension::Form;
+use tremie_simulation::{Fluid, RunFolder, Snapshot};
+use tremie_suspension::{Form, Inclusions};
 
 use crate::failure::WrongInput;
 use crate::{last_state, terminal};
@@ -27,6 +27,7 @@ Examples:
   tremie fibres runs/slab
   tremie fibres runs/slab --cut cases/fibre-slab/cuts.toml --out cuts
   tremie fibres runs/slab --cut cases/fibre-slab/cuts.toml --against runs/rough
+  tremie fibres runs/slab --field --against runs/slab
   tremie fibres runs/slab --json
 
 A file of cuts has beams, boxes along the axes, and pieces of planes:
@@ -62,6 +63,9 @@ pub(crate) struct Arguments {
     /// The folder for tables, clipped fibres and a picture [default: `fibres` in the folder of the run]; files in these places are replaced
     #[arg(long, value_name = "DIR", requires = "cut")]
     out: Option<PathBuf>,
+    /// Take the field of a case with `fibre_field`, where there are fibres as bodies too
+    #[arg(long)]
+    field: bool,
     /// Print JSON, in SI units
     #[arg(long)]
     json: bool,
@@ -76,19 +80,27 @@ struct Cast {
 
 impl Cast {
     /// Reads the last state of a run that has fibres.
-    fn read(dir: &Path) -> anyhow::Result<Self> {
+    fn read(dir: &Path, field: bool) -> anyhow::Result<Self> {
         let folder = RunFolder::open(dir)?;
         let case = Case::read(&folder.case())?;
         let shown = folder.path().display();
-        let state = last_state::read(&folder, &case)?.map_err(|reason| {
+        let mut state = last_state::read(&folder, &case)?.map_err(|reason| {
             WrongInput(format!(
                 "how fibres lie in {shown} cannot be told: {reason}; `tremie run` or `tremie resume` writes one"
             ))
         })?;
+        if field {
+            if case.fibre_field.is_none() {
+                return Err(WrongInput(format!("{shown} has no field of fibres; leave out --field")).into());
+            }
+            state.inclusions = Inclusions::default();
+        }
         let bodies = &state.inclusions;
-        if !(0..bodies.len()).any(|n| matches!(bodies.form(n), Form::Fibre { .. })) {
+        let followed = (0..bodies.len()).any(|n| matches!(bodies.form(n), Form::Fibre { .. }));
+        let Fluid::Cells(cells) = &state.fluid;
+        if !followed && cells.field_beside(bodies).is_none() {
             return Err(WrongInput(format!(
-                "{shown} has no fibres at t = {:.3} s; they are [[inclusions]] or [[inlet.inclusions]] of a case",
+                "{shown} has no fibres at t = {:.3} s; they are [[inclusions]], [[inlet.inclusions]] or [fibre_field] of a case",
                 state.time
             ))
             .into());
@@ -100,10 +112,10 @@ impl Cast {
 /// Tells how fibres lie.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let cuts = arguments.cut.as_deref().map(Cuts::read).transpose()?;
-    let cast = Cast::read(&arguments.dir)?;
+    let cast = Cast::read(&arguments.dir, arguments.field)?;
     let figures = Figures::new(&cast, cuts.as_ref())?;
     let other = match &arguments.against {
-        Some(dir) => Some(Figures::new(&Cast::read(dir)?, cuts.as_ref())?),
+        Some(dir) => Some(Figures::new(&Cast::read(dir, false)?, cuts.as_ref())?),
         None => None,
     };
     let written = match &cuts {

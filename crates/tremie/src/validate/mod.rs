@@ -1,7 +1,7 @@
 //! `tremie validate`: benchmarks against closed forms, published numbers and invariances.
 //!
 //! Each benchmark is a folder of `validation/`, built into the program, and a function in `scales`, `channel`, `pipe`, `thixotropy`, `slip`, `cavity`,
-//! `surface`, `collapse`, `l_box`, `lcpc_box`, `control_volume`, `drag`, `momentum`, `orbit`, `settling`, `mixture`, `slump`, `stl` or `invariance`; `benchmark` is
+//! `surface`, `collapse`, `l_box`, `lcpc_box`, `control_volume`, `drag`, `momentum`, `fibre_field`, `orbit`, `settling`, `mixture`, `slump`, `stl` or `invariance`; `benchmark` is
 //! what they share, `flow` how they drive a simulation, `shear` how they shear bodies, `report` what is shown.
 //! A new one is a folder, a function, and a line in `BENCHMARKS`.
 //!
@@ -14,6 +14,7 @@ mod channel;
 mod collapse;
 mod control_volume;
 mod drag;
+mod fibre_field;
 mod figure;
 mod flow;
 mod invariance;
@@ -140,6 +141,7 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(momentum::momentum, "momentum", "case.toml"),
     benchmark!(momentum::spread, "moment-spread", "case.toml"),
     benchmark!(orbit::fibre_shear, "fibre-shear", "case.toml"),
+    benchmark!(fibre_field::folgar_tucker_shear, "folgar-tucker-shear", "case.toml"),
     benchmark!(orbit::jeffery_spheroid, "jeffery-spheroid", "case.toml", "reference.csv"),
     benchmark!(settling::settling_sphere, "settling-sphere", "case.toml", "reference.csv", "velocity.csv"),
     benchmark!(settling::yield_stress_sphere, "yield-stress-sphere", "case.toml", "reference.csv"),
