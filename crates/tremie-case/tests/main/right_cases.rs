@@ -15,6 +15,7 @@ fn every_value_arrives_in_si_units() {
     let expected = Case {
         groups: Vec::new(),
         inclusions: Default::default(),
+        fibre_field: None,
         following: Default::default(),
         title: "Slump flow, EN 12350-8".to_owned(),
         material: Material {
