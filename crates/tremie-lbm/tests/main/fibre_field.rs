@@ -38,7 +38,7 @@ const ALONG: DVec3 = DVec3::new(0.6, 0.0, 0.8);
 /// The tensors of the wet cells, by the places of the cells.
 fn tensors(simulation: &dyn Simulation) -> Vec<(DVec3, [f64; 6])> {
     let cells = cells(simulation);
-    let lying = cells.lying.as_ref().unwrap();
+    let Some(lying) = &cells.lying else { panic!("there is no field of fibres") };
     let [nx, ny, _] = cells.count;
     let wet = (0..cells.fill.len()).filter(|n| cells.fill[*n] > 0.0);
     wet.map(|n| (cells.centre(n % nx, n / nx % ny, n / (nx * ny)), lying.tensors[n])).collect()
