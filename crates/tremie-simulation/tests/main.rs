@@ -188,6 +188,7 @@ fn case() -> Case {
         cages: Vec::new(),
         groups: Vec::new(),
         inclusions: Default::default(),
+        fibre_field: None,
         following: Default::default(),
         title: "Cake".into(),
         material: Material {
