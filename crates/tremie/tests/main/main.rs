@@ -644,6 +644,7 @@ fn the_schema_is_that_of_a_case_file() {
             "bars",
             "cage",
             "domain",
+            "fibre_field",
             "fluid",
             "gauges",
             "inclusions",
