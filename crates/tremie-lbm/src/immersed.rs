@@ -4,13 +4,14 @@
 //! the cell that is fluid; and takes a force on each cell, beside its weight. Both are kept cell by cell, because inclusions lie where they like:
 //! what is asked for at a point are runs of four cells (module `delta`), not rows.
 //!
-//! What a point sees is the mean of the last two steps. In a rigid cell at a wall an impulse is left over that alternates between steps for ever, as nothing relaxes there.
-//! A fibre that answered it, a step late, would drive it: by the drag k for each unit of velocity, u goes to -(1 + k) u in each step. The mean of two
-//! steps does not see it; and what moves steadily is slowed by the fibre as before, up to k = 2.
+//! In cells at walls, points see the velocity as it is, or nearer to its mean over two steps the stiffer the fluid is: [`ringing`]. A rigid cell at
+//! a wall is a spring that nothing damps, thrown to and fro by each step. A body that answered that, a step late, would drive it: u goes to -(1 + k) u
+//! by a drag of k for each unit of velocity. The mean of two steps does not see it. (Elsewhere the weights that a point spreads by, which
+//! are the same for even and for odd cells, do not see what alternates from cell to cell.)
 
 use crate::grid::Grid;
 use crate::lanes::{LANES, Lanes};
-use crate::real::Real;
+use crate::real::{Number, Real, larger};
 use crate::spread::{Sorted, Windows};
 use crate::topology::{CELLS, ROWS};
 
@@ -57,6 +58,55 @@ pub(crate) type Field<T> = Vec<Option<Box<Vectors<T>>>>;
 /// A slot and the forces on it, while they are taken out of the field.
 pub(crate) type Pushed<T> = (usize, Option<Box<Vectors<T>>>);
 
+/// What is to see of a block, while a step writes it.
+pub(crate) struct Sight<'a, T> {
+    /// What points see.
+    pub(crate) seen: &'a mut Vectors<T>,
+    /// The velocities of the step.
+    pub(crate) last: &'a mut Vectors<T>,
+}
+
+/// How much the step before counts in what is seen of a cell at a wall that relaxes at a rate of omega: what alternates from step to step keeps a
+/// share p = 1 - omega, and a body adds to it unless this is p / (1 + p) or more.
+#[inline(always)]
+fn ringing<T: Number>(omega: T) -> T {
+    let left = larger(T::ONE - omega, T::ZERO);
+    left / (T::ONE + left)
+}
+
+impl<T: Real> Sight<'_, T> {
+    /// Writes a row that lies in the midst of fluid.
+    #[inline(always)]
+    pub(crate) fn put(&mut self, row: usize, velocity: [Lanes<T>; 3]) {
+        self.seen.put(row, velocity, Lanes::ONE);
+        self.last.put(row, velocity, Lanes::ONE);
+    }
+
+    /// Writes a row at a wall or a surface, from the velocity, the share that is fluid and the relaxation rate of each cell.
+    #[inline(always)]
+    pub(crate) fn put_at_wall(
+        &mut self,
+        row: usize,
+        velocity: [Lanes<T>; 3],
+        fill: Lanes<T>,
+        omega: Lanes<T>,
+    ) {
+        let counts = ringing(omega);
+        let (seen, last) = (self.seen.row_mut(row), self.last.row_mut(row));
+        for k in 0..LANES {
+            let fill = fill.0[k];
+            let now = velocity.map(|u| fill * u.0[k]);
+            let [before @ .., whole] = last[k];
+            // Fluid that was not there before was not seen.
+            let (counts, share) =
+                if whole > T::ZERO { (counts.0[k], fill / whole) } else { (T::ZERO, T::ZERO) };
+            let mean = |a: usize| now[a] + counts * (share * before[a] - now[a]);
+            seen[k] = [mean(0), mean(1), mean(2), fill];
+            last[k] = [now[0], now[1], now[2], fill];
+        }
+    }
+}
+
 /// What all blocks keep for inclusions, by slot; nothing where there are none.
 #[derive(Debug, Clone)]
 pub(crate) struct Immersed<T> {
@@ -64,8 +114,8 @@ pub(crate) struct Immersed<T> {
     any: bool,
     /// The share of the cell that is fluid, last, and the velocity times it.
     pub(crate) seen: Field<T>,
-    /// The same as it was a step before.
-    pub(crate) before: Field<T>,
+    /// The same as the velocity is in each step, no mean taken.
+    pub(crate) last: Field<T>,
     /// Forces.
     pub(crate) pushes: Field<T>,
     /// The points that were asked for last, in the order in which they are gone through.
@@ -82,7 +132,7 @@ impl<T: Real> Immersed<T> {
         Self {
             any,
             seen: Vec::new(),
-            before: Vec::new(),
+            last: Vec::new(),
             pushes: Vec::new(),
             sorted: Sorted::default(),
             sums: Vec::new(),
@@ -98,14 +148,14 @@ impl<T: Real> Immersed<T> {
     /// Appends a slot.
     pub(crate) fn push_slot(&mut self) {
         self.seen.push(self.any.then(bytemuck::allocation::zeroed_box));
-        self.before.push(self.any.then(bytemuck::allocation::zeroed_box));
+        self.last.push(self.any.then(bytemuck::allocation::zeroed_box));
         self.pushes.push(self.any.then(bytemuck::allocation::zeroed_box));
     }
 
     /// Forgets what a slot held.
     pub(crate) fn clear(&mut self, slot: usize) {
         for vectors in
-            [&mut self.seen[slot], &mut self.before[slot], &mut self.pushes[slot]].into_iter().flatten()
+            [&mut self.seen[slot], &mut self.last[slot], &mut self.pushes[slot]].into_iter().flatten()
         {
             **vectors = bytemuck::Zeroable::zeroed();
         }
@@ -116,18 +166,9 @@ impl<T: Real> Immersed<T> {
         self.pushes[slot].as_deref()
     }
 
-    /// Begins a step: what there is to see of all blocks, to be written, and the forces on them.
-    pub(crate) fn begin(&mut self) -> (&mut Field<T>, &Field<T>) {
-        std::mem::swap(&mut self.seen, &mut self.before);
-        (&mut self.seen, &self.pushes)
-    }
-
-    /// Brings what was seen a step before into the units of a time step that is `factor` times as long.
-    pub(crate) fn rescale(&mut self, factor: f64) {
-        let factor = T::from_f64(factor);
-        for cell in self.before.iter_mut().flatten().flat_map(|vectors| vectors.cells_mut()) {
-            cell[..3].iter_mut().for_each(|u| *u = *u * factor);
-        }
+    /// What there is to see of all blocks and its last velocities, to be written, and the forces on them.
+    pub(crate) fn split(&mut self) -> (&mut Field<T>, &mut Field<T>, &Field<T>) {
+        (&mut self.seen, &mut self.last, &self.pushes)
     }
 
     /// What a slot holds for the cells that are `wet`, in a form that can be saved; zero for others.
@@ -136,13 +177,13 @@ impl<T: Real> Immersed<T> {
             let cells = vectors.cells().iter().enumerate();
             cells.flat_map(|(n, cell)| if wet(n) { *cell } else { [T::ZERO; 4] }).collect()
         };
-        let all = [&self.seen[slot], &self.before[slot], &self.pushes[slot]];
+        let all = [&self.seen[slot], &self.last[slot], &self.pushes[slot]];
         all.into_iter().flatten().flat_map(|vectors| of(vectors)).collect()
     }
 
     /// Memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let boxes = self.seen.iter().chain(&self.before).chain(&self.pushes).flatten().count();
+        let boxes = self.seen.iter().chain(&self.last).chain(&self.pushes).flatten().count();
         boxes * size_of::<Vectors<T>>()
     }
 }
@@ -155,13 +196,40 @@ impl<T: Real> Grid<T> {
             return None;
         }
         for (slot, saved) in slots.into_iter().zip(saved.chunks_exact(3 * 4 * CELLS)) {
-            let Immersed { seen, before, pushes, .. } = &mut self.immersed;
-            let all = [&mut seen[slot], &mut before[slot], &mut pushes[slot]];
+            let Immersed { seen, last, pushes, .. } = &mut self.immersed;
+            let all = [&mut seen[slot], &mut last[slot], &mut pushes[slot]];
             for (to, from) in all.into_iter().zip(saved.chunks_exact(4 * CELLS)) {
                 let cells = to.as_deref_mut()?.cells_mut();
                 cells.as_flattened_mut().copy_from_slice(from);
             }
         }
         Some(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is seen of a velocity in x, step by step, in a cell at a wall that relaxes at this rate.
+    fn seen(velocity: impl Fn(i32) -> f64, omega: f64) -> f64 {
+        let (mut seen, mut last): (Vectors<f64>, Vectors<f64>) =
+            (bytemuck::Zeroable::zeroed(), bytemuck::Zeroable::zeroed());
+        for step in 0..4 {
+            let velocity = [Lanes::from_f64(velocity(step)), Lanes::ZERO, Lanes::ZERO];
+            let mut sight = Sight { seen: &mut seen, last: &mut last };
+            sight.put_at_wall(0, velocity, Lanes::from_f64(0.5), Lanes::from_f64(omega));
+        }
+        seen.row(0)[0][0] / seen.row(0)[0][3]
+    }
+
+    #[test]
+    fn what_rings_in_a_rigid_cell_is_not_seen_and_what_flows_is() {
+        let rings = |step: i32| if step % 2 == 0 { 0.1 } else { -0.1 };
+        assert_eq!(seen(rings, 0.0), 0.0);
+        for omega in [0.0, 0.3, 1.0, 1.7] {
+            assert_eq!(seen(|_| 0.1, omega), 0.1, "{omega}");
+        }
+        assert_eq!([1.0, 1.7].map(|omega| seen(rings, omega)), [-0.1; 2]);
     }
 }

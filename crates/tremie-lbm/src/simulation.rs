@@ -415,7 +415,6 @@ impl<T: Real> LatticeBoltzmann<T> {
         self.fluid = fluid(&self.case, &self.scaling);
         self.grid.topology = topology(&self.case, &self.scaling);
         self.grid.cages.rescale(&self.scaling);
-        self.grid.immersed.rescale(factor);
         self.grid.reweigh();
     }
 

@@ -21,7 +21,7 @@ use crate::cage::Cages;
 use crate::collision::{COMPONENT, Held, LEAST_RESISTANCE, Moments, moments};
 use crate::friction::slide_at_walls;
 use crate::grid::{Field, Fill, Grid, Kinds, SHARE, Shape, VELOCITY};
-use crate::immersed::Vectors;
+use crate::immersed::Sight;
 use crate::lanes::{LANES, Lanes, bits};
 use crate::lattice::{C, Q, W, each_pair, opposite};
 use crate::loads::Loads;
@@ -90,7 +90,7 @@ struct Block<'a, T> {
     fill: &'a mut Fill<T>,
     mass: &'a mut [f64; CELLS],
     /// What inclusions will see, where there are any.
-    seen: Option<&'a mut Vectors<T>>,
+    seen: Option<Sight<'a, T>>,
 }
 
 impl<T: Real> Held<Lanes<T>> {
@@ -319,7 +319,7 @@ fn step_bulk<T: Real, R: Law<T>>(
             if let Some(seen) = &mut block.seen {
                 let post = std::array::from_fn(|i| Lanes(post(i)));
                 let velocity = velocities(&post, Lanes::ONE, physics.drive_row(&own[half]));
-                seen.put(usize::from(row.row), velocity, Lanes::ONE);
+                seen.put(usize::from(row.row), velocity);
             }
         }
     }
@@ -438,7 +438,12 @@ fn step_block<T: Real, R: Law<T>>(
             let fill = smaller(held[0] / density, Lanes::ONE).only(row.kinds.wet());
             let post = std::array::from_fn(|i| block.back.lanes(i, first));
             let velocity = velocities(&post, fill, physics.drive_row(&own));
-            seen.put(usize::from(row.row), velocity.map(|u| fill * u), fill);
+            // Velocities before are in other units where the step changes.
+            let omega = match change {
+                None => moments(&f, held.into(), physics.drive_row(&own)).omega(&physics.law.row(&own.law)),
+                Some(_) => Lanes::ONE,
+            };
+            seen.put_at_wall(usize::from(row.row), velocity, fill, omega);
         }
         if row.kinds.interface == 0 {
             continue;
@@ -508,18 +513,18 @@ impl<T: Real> Grid<T> {
         let Self { topology, solids, inlets, links, front, back, fills, shape, mass, carried, cages, .. } =
             self;
         let cages: &Cages = cages;
-        let (seen, pushes) = self.immersed.begin();
+        let (seen, last, pushes) = self.immersed.split();
         (
             back.par_iter_mut(),
             fills.par_iter_mut(),
             mass.par_iter_mut(),
-            seen.par_iter_mut(),
+            (seen.par_iter_mut(), last.par_iter_mut()),
             findings.par_iter_mut(),
         )
             .into_par_iter()
             .enumerate()
             .skip(2)
-            .for_each(|(slot, (back, fill, mass, seen, findings))| {
+            .for_each(|(slot, (back, fill, mass, (seen, last), findings))| {
                 if findings.any {
                     *findings = Findings::default();
                 }
@@ -530,7 +535,9 @@ impl<T: Real> Grid<T> {
                         .caged(cages);
                     let surface = Shapes::new(&links[slot], shape, slot);
                     let ahead = Ahead::of(slot, rows, links, front, shape);
-                    let mut block = Block { back, fill, mass, seen: seen.as_deref_mut() };
+                    let seen = seen.as_deref_mut().zip(last.as_deref_mut());
+                    let seen = seen.map(|(seen, last)| Sight { seen, last });
+                    let mut block = Block { back, fill, mass, seen };
                     step_block_here(
                         &source,
                         &surface,

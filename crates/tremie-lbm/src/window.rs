@@ -103,17 +103,6 @@ pub(crate) struct Window<T> {
     runs: Vec<Run>,
 }
 
-/// The mean velocity of two steps, times the share of the cell that is fluid now; that of the last where there was no fluid before.
-#[inline(never)]
-fn mean<T: Real>(now: [T; 4], before: [T; 4]) -> [T; 4] {
-    if before[3] == T::ZERO {
-        return now;
-    }
-    let share = now[3] / before[3];
-    let half = |a: usize| T::from_f64(0.5) * (now[a] + share * before[a]);
-    [half(0), half(1), half(2), now[3]]
-}
-
 impl<T: Real> Window<T> {
     pub(crate) fn new() -> Self {
         Self { cells: vec![[T::ZERO; 4]; SPAN * SPAN * SPAN], runs: Vec::new() }
@@ -148,20 +137,12 @@ impl<T: Real> Window<T> {
         self.find(spans, asked);
         for run in &self.runs {
             let to = &mut self.cells[run.cell..run.cell + run.number];
-            let slot = slot(grid, spans, run);
-            let (Some(seen), Some(before)) = (&grid.immersed.seen[slot], &grid.immersed.before[slot]) else {
+            let Some(seen) = &grid.immersed.seen[slot(grid, spans, run)] else {
                 to.fill([T::ZERO; 4]);
                 continue;
             };
-            let cells = run.first..run.first + run.number;
-            let both = seen.row(run.row)[cells.clone()].iter().zip(&before.row(run.row)[cells]);
-            for (to, (now, before)) in to.iter_mut().zip(both) {
-                if before[3] == now[3] {
-                    (T::Four::splat(T::from_f64(0.5)) * (T::Four::read(now) + T::Four::read(before)))
-                        .write(to);
-                } else {
-                    *to = mean(*now, *before);
-                }
+            for (to, cell) in to.iter_mut().zip(&seen.row(run.row)[run.first..run.first + run.number]) {
+                T::Four::read(cell).write(to);
             }
             if run.mirrors != 0 {
                 to.iter_mut().for_each(|cell| *cell = mirrored(*cell, run.mirrors));

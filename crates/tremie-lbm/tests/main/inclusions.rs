@@ -222,7 +222,7 @@ fn collapse() -> (tremie_case::Case, Suspension) {
         form: Form::Sphere { diameter: 0.025 },
         density: 2600.0,
     });
-    for n in 0..8 {
+    for n in 0..40 {
         let at = |m: f64| 0.03 + 0.04 * (m * f64::from(n)).fract();
         let turn = DQuat::from_scaled_axis(DVec3::new(1.3, 0.7, -0.4) * f64::from(n));
         inclusions.add(u16::from(n % 8 == 0), 1, DVec3::new(at(0.618), at(0.414), 1.7 * at(0.732)), turn);

@@ -1,7 +1,7 @@
 //! `tremie validate`: benchmarks against closed forms, published numbers and invariances.
 //!
 //! Each benchmark is a folder of `validation/`, built into the program, and a function in `scales`, `channel`, `pipe`, `thixotropy`, `slip`, `cavity`,
-//! `surface`, `collapse`, `l_box`, `lcpc_box`, `control_volume`, `drag`, `momentum`, `fibre_field`, `orbit`, `settling`, `mixture`, `slump`, `stl` or `invariance`; `benchmark` is
+//! `surface`, `collapse`, `l_box`, `lcpc_box`, `control_volume`, `drag`, `momentum`, `fibre_field`, `orbit`, `settling`, `mixture`, `slab`, `slump`, `stl`, `wake` or `invariance`; `benchmark` is
 //! what they share, `flow` how they drive a simulation, `shear` how they shear bodies, `report` what is shown.
 //! A new one is a folder, a function, and a line in `BENCHMARKS`.
 //!
@@ -37,6 +37,7 @@ mod stl;
 mod surface;
 mod thin_layer;
 mod thixotropy;
+mod wake;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -151,6 +152,7 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(packing::wall_effect, "wall-effect", "reference.csv"),
     benchmark!(slump::slump_inclusions, "slump-inclusions", "case.toml"),
     benchmark!(slab::slab_fibres, "slab-fibres", "case.toml"),
+    benchmark!(wake::bar_wake, "bar-wake", "l-box.toml", "wall.toml"),
     benchmark!(slump::slump_spread, "slump-spread", "case.toml", "reference.csv"),
 ];
 

@@ -57,8 +57,23 @@ struct Found {
     radial: Mean,
     /// |cos| between fibres at the sides and these.
     along: Mean,
+    /// Mean shares of directions from the hose, around it and upwards, a_rr, a_tt and a_zz, in the lower and the upper half: of fibres, then of the field.
+    shares: [[[f64; 3]; 2]; 2],
     end: Readings,
     due: u64,
+}
+
+/// Mean squares of the cosines to the way from the hose, around it and upwards, of what is given by places, tensors and weights.
+fn mean_shares(hose: DVec3, of: impl Iterator<Item = (DVec3, DMat3, f64)>) -> [f64; 3] {
+    let (mut sums, mut whole) = ([0.0; 3], 0.0);
+    for (at, tensor, weight) in of {
+        let way = (at - hose).with_z(0.0).normalize();
+        for (sum, axis) in sums.iter_mut().zip([way, way.cross(DVec3::Z), DVec3::Z]) {
+            *sum += weight * axis.dot(tensor * axis);
+        }
+        whole += weight;
+    }
+    sums.map(|sum| sum / whole)
 }
 
 /// Casts the slab in a form with this surface.
@@ -76,7 +91,7 @@ fn cast(case: &Case, surface: Surface) -> anyhow::Result<Found> {
     let Form::Fibre { length, .. } = inlet.inclusions[0].form else { anyhow::bail!("there must be fibres") };
     let mut flow = Flow::new(case.clone());
     let end = flow.until_rest(|_| {})?;
-    let bodies = flow.simulation.snapshot().inclusions;
+    let (cells, bodies) = (flow.cells(), flow.simulation.snapshot().inclusions);
     let off = |at: DVec3| (at - low).min(high - at).truncate().min_element();
     let halves = |upper: bool| {
         let place = move |at: DVec3| off(at) > length && (at.z > low.z + 0.5 * height) == upper;
@@ -101,7 +116,29 @@ fn cast(case: &Case, surface: Surface) -> anyhow::Result<Found> {
             fibres.iter().map(|n| cosine(*n, DVec3::AXES[other])).sum::<f64>() / fibres.len() as f64
         }));
     }
-    Ok(Found { aligned: Mean::of(&aligned), radial: Mean::of(&radial), along: Mean::of(&along), end, due })
+    let Some(field) = &cells.lying else { anyhow::bail!("there must be a field of fibres") };
+    let shares = [false, true].map(|upper| {
+        let inside = |at: &DVec3| {
+            off(*at) > length
+                && (*at - hose).truncate().length() > UNDER_HOSE
+                && (at.z > low.z + 0.5 * height) == upper
+        };
+        let fibre = |n: usize| (bodies.position[n], dyad(bodies.axis(n)), 1.0);
+        let [nx, ny, _] = cells.count;
+        let cell =
+            |n: usize| (cells.centre(n % nx, n / nx % ny, n / (nx * ny)), field.tensor(n), cells.fill[n]);
+        let fibres = (0..bodies.len()).map(fibre).filter(|(at, ..)| inside(at));
+        let field = (0..cells.fill.len()).map(cell).filter(|(at, ..)| inside(at));
+        [mean_shares(hose, fibres), mean_shares(hose, field)]
+    });
+    Ok(Found {
+        shares,
+        aligned: Mean::of(&aligned),
+        radial: Mean::of(&radial),
+        along: Mean::of(&along),
+        end,
+        due,
+    })
 }
 
 /// The fibres with their centres at such places, by the squares that these are in; squares with fewer than ten are left out.
@@ -112,6 +149,11 @@ fn by_square(bodies: &Inclusions, place: impl Fn(DVec3) -> bool) -> Vec<Vec<usiz
         squares.entry([square.x as i64, square.y as i64]).or_default().push(n);
     }
     squares.into_values().filter(|fibres| fibres.len() >= 10).collect()
+}
+
+/// The tensor of one direction.
+fn dyad(p: DVec3) -> DMat3 {
+    DMat3::from_cols(p.x * p, p.y * p, p.z * p)
 }
 
 /// Share of the largest eigenvalue of the horizontal part of some fibres' orientation tensor.
@@ -155,6 +197,14 @@ pub(super) fn slab_fibres(context: &Context) -> anyhow::Result<Vec<Check>> {
         ] {
             checks.push(shown(format!("{what}, {name}"), mean.value));
             checks.push(shown(format!("{what}, {name}: standard error"), mean.error));
+        }
+        for (half, [fibres, field]) in ["lower", "upper"].into_iter().zip(found.shares) {
+            for (what, (fibres, field)) in
+                ["a_rr", "a_tt", "a_zz"].into_iter().zip(fibres.into_iter().zip(field))
+            {
+                let what = format!("{what} of the field, {half} half, {name}");
+                checks.push(context.absolute("field", what, "", fibres, field)?);
+            }
         }
         let inflow: f64 = found.end.inflow.iter().sum();
         checks.push(context.relative("volume", format!("volume, {name}"), "m3", inflow, found.end.volume)?);
