@@ -4,9 +4,11 @@
 //! the cell that is fluid; and takes a force on each cell, beside its weight. Both are kept cell by cell, because inclusions lie where they like:
 //! what is asked for at a point are runs of four cells (module `delta`), not rows.
 //!
-//! In cells at walls, points see the velocity as it is, or nearer to its mean over two steps the stiffer the fluid is: [`ringing`]. A rigid cell at
-//! a wall is a spring that nothing damps, thrown to and fro by each step. A body that answered that, a step late, would drive it: u goes to -(1 + k) u
-//! by a drag of k for each unit of velocity. The mean of two steps does not see it. (Elsewhere the weights that a point spreads by, which
+//! In cells at walls, points see the velocity as it is, or nearer to its mean over two steps the less what alternates from step to step dies down
+//! there: [`ringing`]. A rigid cell at a wall is a spring that nothing damps, thrown to and fro by each step. And between walls that meet, be
+//! the fluid ever so viscous, the two populations of a diagonal go into each other's place for ever: a velocity towards one wall and away from the other changes its
+//! sign in each step, and keeps two thirds of its size. A body that answered that, a step late, would drive it: by a drag of k for each unit of velocity, u
+//! goes to -(p + k) u, if p of it is left by itself. The mean of two steps does not see it. (Elsewhere the weights that a point spreads by, which
 //! are the same for even and for odd cells, do not see what alternates from cell to cell.)
 
 use crate::grid::Grid;
@@ -66,12 +68,12 @@ pub(crate) struct Sight<'a, T> {
     pub(crate) last: &'a mut Vectors<T>,
 }
 
-/// How much the step before counts in what is seen of a cell at a wall that relaxes at a rate of omega: what alternates from step to step keeps a
-/// share p = 1 - omega, and a body adds to it unless this is p / (1 + p) or more.
+/// How much the step before counts in what is seen of cells at walls: half in those that hold populations `trapped` between walls. In others what
+/// alternates from step to step keeps a share p = 1 - omega by the rate at which stress relaxes, and a body adds to it unless this is p / (1 + p) or more.
 #[inline(always)]
-fn ringing<T: Number>(omega: T) -> T {
-    let left = larger(T::ONE - omega, T::ZERO);
-    left / (T::ONE + left)
+pub(crate) fn ringing<T: Real>(omega: Lanes<T>, trapped: u8) -> Lanes<T> {
+    let left = larger(Lanes::ONE - omega, Lanes::ZERO);
+    Lanes::choose(trapped, Lanes::from_f64(0.5), left / (Lanes::ONE + left))
 }
 
 impl<T: Real> Sight<'_, T> {
@@ -82,16 +84,15 @@ impl<T: Real> Sight<'_, T> {
         self.last.put(row, velocity, Lanes::ONE);
     }
 
-    /// Writes a row at a wall or a surface, from the velocity, the share that is fluid and the relaxation rate of each cell.
+    /// Writes a row at a wall or a surface, from the velocity and the share that is fluid of each cell, and how much the step before counts there.
     #[inline(always)]
     pub(crate) fn put_at_wall(
         &mut self,
         row: usize,
         velocity: [Lanes<T>; 3],
         fill: Lanes<T>,
-        omega: Lanes<T>,
+        counts: Lanes<T>,
     ) {
-        let counts = ringing(omega);
         let (seen, last) = (self.seen.row_mut(row), self.last.row_mut(row));
         for k in 0..LANES {
             let fill = fill.0[k];
@@ -211,25 +212,26 @@ impl<T: Real> Grid<T> {
 mod tests {
     use super::*;
 
-    /// What is seen of a velocity in x, step by step, in a cell at a wall that relaxes at this rate.
-    fn seen(velocity: impl Fn(i32) -> f64, omega: f64) -> f64 {
+    /// What is seen of a velocity in x, step by step, in a cell at a wall.
+    fn seen(velocity: impl Fn(i32) -> f64, omega: f64, trapped: bool) -> f64 {
         let (mut seen, mut last): (Vectors<f64>, Vectors<f64>) =
             (bytemuck::Zeroable::zeroed(), bytemuck::Zeroable::zeroed());
         for step in 0..4 {
             let velocity = [Lanes::from_f64(velocity(step)), Lanes::ZERO, Lanes::ZERO];
-            let mut sight = Sight { seen: &mut seen, last: &mut last };
-            sight.put_at_wall(0, velocity, Lanes::from_f64(0.5), Lanes::from_f64(omega));
+            let counts = ringing(Lanes::from_f64(omega), if trapped { 0xff } else { 0 });
+            Sight { seen: &mut seen, last: &mut last }.put_at_wall(0, velocity, Lanes::from_f64(0.5), counts);
         }
         seen.row(0)[0][0] / seen.row(0)[0][3]
     }
 
     #[test]
-    fn what_rings_in_a_rigid_cell_is_not_seen_and_what_flows_is() {
+    fn what_rings_at_walls_is_not_seen_and_what_flows_is() {
         let rings = |step: i32| if step % 2 == 0 { 0.1 } else { -0.1 };
-        assert_eq!(seen(rings, 0.0), 0.0);
-        for omega in [0.0, 0.3, 1.0, 1.7] {
-            assert_eq!(seen(|_| 0.1, omega), 0.1, "{omega}");
+        assert_eq!(seen(rings, 0.0, false), 0.0);
+        assert_eq!([1.0, 1.7].map(|omega| seen(rings, omega, true)), [0.0; 2]);
+        assert_eq!([1.0, 1.7].map(|omega| seen(rings, omega, false)), [-0.1; 2]);
+        for (omega, trapped) in [(0.0, false), (0.3, false), (1.0, true), (1.7, false)] {
+            assert_eq!(seen(|_| 0.1, omega, trapped), 0.1, "{omega}");
         }
-        assert_eq!([1.0, 1.7].map(|omega| seen(rings, omega)), [-0.1; 2]);
     }
 }

@@ -21,7 +21,7 @@ use crate::cage::Cages;
 use crate::collision::{COMPONENT, Held, LEAST_RESISTANCE, Moments, moments};
 use crate::friction::slide_at_walls;
 use crate::grid::{Field, Fill, Grid, Kinds, SHARE, Shape, VELOCITY};
-use crate::immersed::Sight;
+use crate::immersed::{Sight, ringing};
 use crate::lanes::{LANES, Lanes, bits};
 use crate::lattice::{C, Q, W, each_pair, opposite};
 use crate::loads::Loads;
@@ -438,12 +438,16 @@ fn step_block<T: Real, R: Law<T>>(
             let fill = smaller(held[0] / density, Lanes::ONE).only(row.kinds.wet());
             let post = std::array::from_fn(|i| block.back.lanes(i, first));
             let velocity = velocities(&post, fill, physics.drive_row(&own));
-            // Velocities before are in other units where the step changes.
-            let omega = match change {
-                None => moments(&f, held.into(), physics.drive_row(&own)).omega(&physics.law.row(&own.law)),
-                Some(_) => Lanes::ONE,
+            let counts = match change {
+                None => {
+                    let m = moments(&f, held.into(), physics.drive_row(&own));
+                    let trapped = (1..Q).step_by(2).fold(0, |bits, i| bits | row.solid[i] & row.solid[i + 1]);
+                    ringing(m.omega(&physics.law.row(&own.law)), trapped)
+                }
+                // The velocities before are in other units.
+                Some(_) => Lanes::ZERO,
             };
-            seen.put_at_wall(usize::from(row.row), velocity, fill, omega);
+            seen.put_at_wall(usize::from(row.row), velocity, fill, counts);
         }
         if row.kinds.interface == 0 {
             continue;
