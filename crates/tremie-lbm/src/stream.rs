@@ -21,7 +21,7 @@ use crate::cage::Cages;
 use crate::collision::{COMPONENT, Held, LEAST_RESISTANCE, Moments, moments};
 use crate::friction::slide_at_walls;
 use crate::grid::{Field, Fill, Grid, Kinds, SHARE, Shape, VELOCITY};
-use crate::immersed::{Sight, ringing};
+use crate::immersed::Sight;
 use crate::lanes::{LANES, Lanes, bits};
 use crate::lattice::{C, Q, W, each_pair, opposite};
 use crate::loads::Loads;
@@ -438,16 +438,10 @@ fn step_block<T: Real, R: Law<T>>(
             let fill = smaller(held[0] / density, Lanes::ONE).only(row.kinds.wet());
             let post = std::array::from_fn(|i| block.back.lanes(i, first));
             let velocity = velocities(&post, fill, physics.drive_row(&own));
-            let counts = match change {
-                None => {
-                    let m = moments(&f, held.into(), physics.drive_row(&own));
-                    let trapped = (1..Q).step_by(2).fold(0, |bits, i| bits | row.solid[i] & row.solid[i + 1]);
-                    ringing(m.omega(&physics.law.row(&own.law)), trapped)
-                }
-                // The velocities before are in other units.
-                Some(_) => Lanes::ZERO,
-            };
-            seen.put_at_wall(usize::from(row.row), velocity, fill, counts);
+            // Velocities before are in other units where the step changes.
+            let beside = row.any_solid | row.any_air | row.any_interface | row.kinds.interface;
+            let ring = if change.is_none() { beside } else { 0 };
+            seen.put_mean(usize::from(row.row), velocity, fill, ring);
         }
         if row.kinds.interface == 0 {
             continue;
