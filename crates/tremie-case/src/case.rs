@@ -561,7 +561,7 @@ impl Case {
 
     /// Whether there are bodies in the fluid, at the start or later.
     pub fn has_bodies(&self) -> bool {
-        !self.groups.is_empty() || self.incoming().next().is_some()
+        !self.groups.is_empty() || !self.inclusions.is_empty() || self.incoming().next().is_some()
     }
 
     /// The structure of fluid for which `own` is given or nothing; none if the fluid is not thixotropic.

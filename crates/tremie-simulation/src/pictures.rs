@@ -34,6 +34,10 @@ pub(crate) fn draw(
             picture.write(&folder.path().join(format!("orientation_{name}_{number:06}.png")))?;
         }
     }
+    if case.fibre_region().is_some() {
+        cut(cells, case, Quantity::ApparentViscosity, Frame::Domain, &title)?
+            .write(&folder.path().join(format!("viscosity_{number:06}.png")))?;
+    }
     if !cells.batches.is_empty() {
         cut(cells, case, Quantity::Batch, Frame::Domain, &title)?
             .write(&folder.path().join(format!("batches_{number:06}.png")))?;
@@ -57,13 +61,14 @@ pub(crate) fn draw_filling(cells: &Cells, maps: &Maps, case: &Case, folder: &Run
     let flags = |label, classes: [&'static str; 2], flags: &[u8]| {
         let flags = flags.to_vec();
         let value = Box::new(move |n: usize| f64::from(flags[n]));
-        Shown { label, value, palette: Palette::Viridis, classes: classes.to_vec() }
+        Shown { label, value, palette: Palette::Viridis, range: None, classes: classes.to_vec() }
     };
     let shown = |what: usize| match what {
         0 => Shown {
             label: "time of filling [s]",
             value: Box::new(|n| f64::from(maps.time[n])),
             palette: Palette::Viridis,
+            range: None,
             classes: Vec::new(),
         },
         1 => flags("fronts", ["one front", "fronts met"], &maps.met),
@@ -85,6 +90,9 @@ pub(crate) fn draw_filling(cells: &Cells, maps: &Maps, case: &Case, folder: &Run
     Ok(())
 }
 
+/// Apparent viscosity in plastic viscosities from which on fluid is shown as stiff.
+const STIFF: f64 = 5.0;
+
 /// What a cut shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
@@ -94,6 +102,8 @@ pub enum Quantity {
     Pressure,
     /// Shear rate in 1/s.
     ShearRate,
+    /// Apparent viscosity, stress over shear rate, in Pa s, from the plastic viscosity to [`STIFF`] times as much and more.
+    ApparentViscosity,
     /// Where the fluid shears, and where it is as a solid.
     Yielded,
     /// Which batch there is most of.
@@ -107,18 +117,21 @@ impl Quantity {
             Self::Speed => "speed [m/s]",
             Self::Pressure => "pressure [Pa]",
             Self::ShearRate => "shear rate [1/s]",
+            Self::ApparentViscosity => "apparent viscosity [Pa s]; more is not told apart",
             Self::Yielded => "yielded",
             Self::Batch => "batch",
         }
     }
 
     /// As a section shows it.
-    fn shown(self, cells: &Cells) -> Shown<'_> {
+    fn shown<'a>(self, cells: &'a Cells, case: &Case) -> Shown<'a> {
+        let plastic = case.material.curve.plastic_viscosity();
         let batches = cells.batches.iter().map(|(name, _)| name.as_str());
         Shown {
             label: self.label(),
             value: Box::new(move |n| self.of(cells, n)),
             palette: if self == Self::Pressure { Palette::Magma } else { Palette::Viridis },
+            range: (self == Self::ApparentViscosity).then_some([plastic, STIFF * plastic]),
             classes: match self {
                 Self::Yielded => vec!["not yielded", "flows"],
                 Self::Batch => std::iter::once("no batch").chain(batches).collect(),
@@ -132,6 +145,8 @@ impl Quantity {
             Self::Speed => cells.velocity[n].length(),
             Self::Pressure => cells.pressure[n],
             Self::ShearRate => cells.shear_rate[n],
+            Self::ApparentViscosity if cells.shear_rate[n] > 0.0 => cells.stress[n] / cells.shear_rate[n],
+            Self::ApparentViscosity => f64::INFINITY,
             Self::Yielded => f64::from(u8::from(cells.shear_rate[n] > 0.0)),
             Self::Batch => cells.batch(n) as f64,
         }
@@ -330,7 +345,7 @@ pub fn cut(
     title: &str,
 ) -> Result<Picture, Error> {
     let (along, plane) = vertical(cells, case);
-    section(cells, [along, 2], plane, &quantity.shown(cells), frame, title)
+    section(cells, [along, 2], plane, &quantity.shown(cells, case), frame, title)
 }
 
 /// The horizontal axis of the vertical cut, and where the cut lies across it.
@@ -355,6 +370,8 @@ struct Shown<'a> {
     /// Its value in each cell.
     value: Box<dyn Fn(usize) -> f64 + 'a>,
     palette: Palette,
+    /// Values at the ends of the colours, if not its extremes.
+    range: Option<[f64; 2]>,
     /// Names of classes, if it has any.
     classes: Vec<&'a str>,
 }
@@ -388,7 +405,8 @@ fn section(
     for k in ks.clone() {
         for i in is.clone() {
             let cell = cell(i, k);
-            values.push(cell.map_or(0.0, |n| (shown.value)(n) as f32));
+            let value = cell.map_or(0.0, |n| (shown.value)(n));
+            values.push(shown.range.map_or(value, |[low, high]| value.clamp(low, high)) as f32);
             fill.push(match cell {
                 Some(n) if cells.solid[n] != 0 => f32::NAN,
                 Some(n) => cells.fill[n] as f32,
@@ -409,7 +427,7 @@ fn section(
         quantity: shown.label,
         values: &values,
         fill: Some(&fill),
-        range: None,
+        range: shown.range,
         palette: shown.palette,
         classes: (!shown.classes.is_empty()).then_some(&shown.classes),
         floor: up == 2 && ks.start == axes[up].extent().start,

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::{Duration, Instant};
 
 use clap::Args;
 use indicatif::{HumanBytes, HumanCount};
@@ -11,15 +10,10 @@ use tremie_case::{Cage, Case, InclusionGroup, Incoming, Layer, MeshFile, Role, S
 use tremie_geometry::{Body, Shape};
 use tremie_lbm::Plan;
 use tremie_numerics::DVec3;
-use tremie_simulation::Simulation;
 
 use crate::numbers::{Numbers, duration, significant};
+use crate::pace::Pace;
 use crate::terminal;
-
-/// Wall-clock time for which the simulation is run to see how fast it is.
-const TRIAL: Duration = Duration::from_millis(500);
-/// Steps before that, in which memory and caches warm up.
-const WARM_UP: usize = 3;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -43,13 +37,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     if let Some(refusal) = numbers.refusal(&case) {
         return Err(refusal.into());
     }
-    let pace = Pace::measure(tremie_lbm::simulation(&case))?;
-    // The same without bodies, to see what they cost.
-    let without = match case.has_bodies() {
-        false => pace,
-        true => Pace::measure(tremie_lbm::simulation_with(&case, None))?,
-    };
-    let burden = (pace.step / without.step - 1.0).max(0.0);
+    let pace = Pace::of(&case, &numbers.plan)?;
     let warnings = numbers.warnings();
 
     if arguments.json {
@@ -62,7 +50,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
             json["bodies"] = json!(case.inclusions.len());
             json["bodies_in"] = json!(numbers.plan.incoming.iter().sum::<u64>());
             json["bodies_memory_bytes"] = json!(numbers.plan.memory_of_bodies.round());
-            json["bodies_time_share"] = json!(burden);
+            json["bodies_time_share"] = json!(pace.burden);
         }
         json["meshes"] = case.meshes.iter().map(described).collect();
         terminal::say(&format!("{json:#}"));
@@ -75,18 +63,18 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         rows.extend(arrivals(&case, &numbers.plan).into_iter().map(|bodies| ("bodies", bodies)));
         if case.has_bodies() {
             let memory = HumanBytes(numbers.plan.memory_of_bodies as u64);
-            let time = significant(100.0 * burden);
+            let time = significant(100.0 * pace.burden);
             rows.push(("they add", format!("about {memory} of the memory, {time} % to the time of a step")));
         }
-        let pours = if case.inlets.is_empty() { "" } else { ", more as fluid comes in" };
-        let earlier = if case.stop.rest.is_some() { " at most; rest comes earlier" } else { "" };
+        let least = if case.inlets.is_empty() { "" } else { "at least " };
+        let earlier = if case.stop.rest.is_some() { ", less if it comes to rest earlier" } else { "" };
         let threads = rayon::current_num_threads();
         rows.push((
             "estimated time",
             format!(
-                "{}{pours}{earlier} ({:.0} M cell updates/s on {threads} threads)",
+                "{least}{}{earlier} ({} M cell updates/s on {threads} threads)",
                 duration(pace.step * numbers.plan.steps),
-                1e-6 * pace.updates
+                significant(1e-6 * pace.updates)
             ),
         ));
         terminal::say(&format!("{}\n{}", case.title, terminal::columns(&rows)));
@@ -171,30 +159,5 @@ fn role(file: &MeshFile) -> &'static str {
     match file.role {
         Role::Obstacle => "obstacle",
         Role::Formwork => "formwork",
-    }
-}
-
-/// How fast the simulation is at its start.
-#[derive(Clone, Copy)]
-struct Pace {
-    /// Wall-clock seconds a step.
-    step: f64,
-    /// Updates of wet cells per wall-clock second.
-    updates: f64,
-}
-
-impl Pace {
-    fn measure(mut simulation: Box<dyn Simulation>) -> anyhow::Result<Self> {
-        for _ in 0..WARM_UP {
-            simulation.advance()?;
-        }
-        let (began, before) = (Instant::now(), simulation.load().updates);
-        let mut steps = 0.0;
-        while began.elapsed() < TRIAL {
-            simulation.advance()?;
-            steps += 1.0;
-        }
-        let seconds = began.elapsed().as_secs_f64();
-        Ok(Self { step: seconds / steps, updates: (simulation.load().updates - before) as f64 / seconds })
     }
 }

@@ -19,6 +19,7 @@ mod interrupt;
 mod lab;
 mod last_state;
 mod numbers;
+mod pace;
 mod progress;
 mod quantities;
 mod report;

@@ -72,6 +72,11 @@ pub(super) fn last_state(evidence: &Evidence) -> anyhow::Result<Vec<Figure>> {
             "Shear rate sqrt(2 D:D) in a vertical cut; zero where the fluid has not yielded.",
         ),
         (
+            Quantity::ApparentViscosity,
+            "Apparent viscosity",
+            "Stress over shear rate in a vertical cut, from the plastic viscosity up to five times as much; fluid that has not yielded is there, too.",
+        ),
+        (
             Quantity::Yielded,
             "Yielded",
             "Where the fluid flows, and where the stress is below the yield stress.",
