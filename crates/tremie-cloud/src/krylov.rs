@@ -1,0 +1,199 @@
+//! Solving linear systems over neighbours: conjugate gradients (Hestenes and Stiefel 1952) where the matrix is symmetric, BiCGStab (van der Vorst 1992)
+//! where it is not, with a multigrid cycle or the diagonal for preconditioner.
+
+use rayon::prelude::*;
+use thiserror::Error;
+use tremie_numerics::sum::ordered_sum;
+
+use crate::{Matrix, Multigrid};
+
+/// How a system is solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// Conjugate gradients: the matrix must be symmetric, and all of its eigenvalues of one sign.
+    ConjugateGradients,
+    /// Stabilised biconjugate gradients, for any matrix.
+    BiCgStab,
+}
+
+/// When a system counts as solved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// How it is solved.
+    pub method: Method,
+    /// Norm of the residual over that of the right-hand side.
+    pub tolerance: f64,
+    /// Iterations at most.
+    pub iterations: usize,
+}
+
+/// How a solution was found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solved {
+    /// Iterations that it took.
+    pub iterations: usize,
+    /// Norm of the residual, computed anew, over that of the right-hand side.
+    pub residual: f64,
+}
+
+/// Why a system was not solved.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum Failure {
+    /// It took too long.
+    #[error("the residual is still {residual:e} of the right-hand side after {iterations} iterations")]
+    Slow {
+        /// Iterations that were taken.
+        iterations: usize,
+        /// What is left of the residual.
+        residual: f64,
+    },
+    /// The method cannot go on: the matrix or the right-hand side is not a number, or the matrix is singular.
+    #[error("the linear system broke down after {iterations} iterations")]
+    Breakdown {
+        /// Iterations that were taken.
+        iterations: usize,
+    },
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    /// Numbers that are multiplied in one piece.
+    const CHUNK: usize = 512;
+    let pieces: Vec<(&[f64], &[f64])> = a.chunks(CHUNK).zip(b.chunks(CHUNK)).collect();
+    ordered_sum(&pieces, |(a, b)| a.iter().zip(*b).map(|(a, b)| a * b).sum())
+}
+
+/// y += a x
+fn add(y: &mut [f64], a: f64, x: &[f64]) {
+    y.par_iter_mut().zip(x).with_min_len(1024).for_each(|(y, x)| *y += a * x);
+}
+
+/// y = x + a y
+fn onto(y: &mut [f64], a: f64, x: &[f64]) {
+    y.par_iter_mut().zip(x).with_min_len(1024).for_each(|(y, x)| *y = x + a * *y);
+}
+
+/// Solves `A x = b` from the values that `x` has; without a `multigrid`, the diagonal is the preconditioner.
+///
+/// # Errors
+/// If the residual does not become small enough.
+pub fn solve(
+    matrix: &Matrix,
+    multigrid: Option<&Multigrid>,
+    b: &[f64],
+    x: &mut [f64],
+    settings: &Settings,
+) -> Result<Solved, Failure> {
+    let precondition = |r: &[f64]| match multigrid {
+        Some(multigrid) => multigrid.cycle(matrix, r),
+        None => r.iter().zip(&matrix.diagonal).map(|(r, diagonal)| r / diagonal).collect(),
+    };
+    let scale = dot(b, b).sqrt();
+    if scale == 0.0 {
+        x.fill(0.0);
+        return Ok(Solved { iterations: 0, residual: 0.0 });
+    }
+    let mut r = vec![0.0; b.len()];
+    let mut iterations = 0;
+    // What the recursion takes for the residual is not always it: it goes on from the true one until that is small.
+    loop {
+        matrix.residual(b, x, &mut r);
+        let residual = dot(&r, &r).sqrt() / scale;
+        if residual <= settings.tolerance {
+            return Ok(Solved { iterations, residual });
+        }
+        if iterations >= settings.iterations {
+            return Err(Failure::Slow { iterations, residual });
+        }
+        let before = iterations;
+        let good = |r: &[f64]| dot(r, r).sqrt() <= settings.tolerance * scale;
+        iterations = match settings.method {
+            Method::ConjugateGradients => {
+                conjugate(matrix, precondition, &mut r, x, iterations, settings, good)
+            }
+            Method::BiCgStab => stabilised(matrix, precondition, &mut r, x, iterations, settings, good),
+        }
+        .ok_or(Failure::Breakdown { iterations })?;
+        if iterations == before {
+            return Err(Failure::Breakdown { iterations });
+        }
+    }
+}
+
+/// Goes on with conjugate gradients until the residual is good; gives the number of iterations then, or none where they break down.
+fn conjugate(
+    matrix: &Matrix,
+    precondition: impl Fn(&[f64]) -> Vec<f64>,
+    r: &mut [f64],
+    x: &mut [f64],
+    mut iterations: usize,
+    settings: &Settings,
+    good: impl Fn(&[f64]) -> bool,
+) -> Option<usize> {
+    let mut z = precondition(r);
+    let mut p = z.clone();
+    let mut rz = dot(r, &z);
+    let mut ap = vec![0.0; r.len()];
+    while iterations < settings.iterations {
+        matrix.times(&p, &mut ap);
+        let alpha = rz / dot(&p, &ap);
+        if !alpha.is_finite() {
+            return None;
+        }
+        iterations += 1;
+        add(x, alpha, &p);
+        add(r, -alpha, &ap);
+        if good(r) {
+            break;
+        }
+        z = precondition(r);
+        let before = std::mem::replace(&mut rz, dot(r, &z));
+        onto(&mut p, rz / before, &z);
+    }
+    Some(iterations)
+}
+
+/// The same with BiCGStab.
+fn stabilised(
+    matrix: &Matrix,
+    precondition: impl Fn(&[f64]) -> Vec<f64>,
+    r: &mut [f64],
+    x: &mut [f64],
+    mut iterations: usize,
+    settings: &Settings,
+    good: impl Fn(&[f64]) -> bool,
+) -> Option<usize> {
+    let shadow = r.to_vec();
+    let mut p = r.to_vec();
+    let mut rho = dot(&shadow, r);
+    let (mut v, mut t) = (vec![0.0; r.len()], vec![0.0; r.len()]);
+    while iterations < settings.iterations {
+        let p_hat = precondition(&p);
+        matrix.times(&p_hat, &mut v);
+        let alpha = rho / dot(&shadow, &v);
+        if !alpha.is_finite() {
+            return None;
+        }
+        iterations += 1;
+        add(x, alpha, &p_hat);
+        add(r, -alpha, &v);
+        if good(r) {
+            break;
+        }
+        let s_hat = precondition(r);
+        matrix.times(&s_hat, &mut t);
+        let omega = dot(&t, r) / dot(&t, &t);
+        add(x, omega, &s_hat);
+        add(r, -omega, &t);
+        if good(r) {
+            break;
+        }
+        let before = std::mem::replace(&mut rho, dot(&shadow, r));
+        let beta = rho / before * alpha / omega;
+        if !(beta.is_finite() && omega != 0.0) {
+            return None;
+        }
+        add(&mut p, -omega, &v);
+        onto(&mut p, beta, r);
+    }
+    Some(iterations)
+}

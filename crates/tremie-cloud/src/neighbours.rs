@@ -1,0 +1,145 @@
+//! Who is near whom: the nodes within a radius of each, found by cells of that size.
+//!
+//! Nodes are sorted by their cells, x counting fastest, so that what lies in three cells side by side along x stands together; nine such runs (three in a plane) hold all
+//! that can be near. Lists are in the order of the nodes' numbers, whatever the threads do.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+use tremie_numerics::DVec3;
+
+/// Nodes that one thread takes at a time.
+const CHUNK: usize = 256;
+
+/// The neighbours of all nodes.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Neighbours {
+    /// Where the list of each node begins, and the end of all.
+    firsts: Vec<usize>,
+    of: Vec<u32>,
+}
+
+/// The cell of a place: z, y, x.
+type Cell = [i64; 3];
+
+fn cell(at: DVec3, size: f64) -> Cell {
+    let [x, y, z] = (at / size).floor().to_array().map(|x| x as i64);
+    [z, y, x]
+}
+
+impl Neighbours {
+    /// Of nodes at `positions`, all others nearer than `radius`; both in m.
+    ///
+    /// # Panics
+    /// If there are more than 2^32 nodes.
+    pub fn within(positions: &[DVec3], radius: f64) -> Self {
+        assert!(u32::try_from(positions.len()).is_ok(), "so many nodes have no numbers");
+        let mut sorted: Vec<(Cell, u32)> =
+            positions.par_iter().enumerate().map(|(n, at)| (cell(*at, radius), n as u32)).collect();
+        sorted.par_sort_unstable();
+        // The first of those that are sorted in or behind a cell.
+        let first = |cell: Cell| sorted.partition_point(|(of, _)| *of < cell);
+        let list = |n: usize, list: &mut Vec<u32>| {
+            let ([z, y, x], begin) = (cell(positions[n], radius), list.len());
+            for row in 0..9 {
+                let [z, y] = [z + row / 3 - 1, y + row % 3 - 1];
+                let run = &sorted[first([z, y, x - 1])..];
+                let near = run.iter().take_while(|(of, _)| *of <= [z, y, x + 1]).map(|(_, n)| *n);
+                let inside = |other: &u32| {
+                    let distance = positions[*other as usize].distance_squared(positions[n]);
+                    *other as usize != n && distance < radius * radius
+                };
+                list.extend(near.filter(inside));
+            }
+            list[begin..].sort_unstable();
+        };
+        let chunks: Vec<Range<usize>> = (0..positions.len())
+            .step_by(CHUNK)
+            .map(|begin| begin..(begin + CHUNK).min(positions.len()))
+            .collect();
+        let lists: Vec<(Vec<usize>, Vec<u32>)> = chunks
+            .into_par_iter()
+            .map(|nodes| {
+                let (mut ends, mut all) = (Vec::new(), Vec::new());
+                for n in nodes {
+                    list(n, &mut all);
+                    ends.push(all.len());
+                }
+                (ends, all)
+            })
+            .collect();
+        let mut new = Self { firsts: vec![0], of: Vec::new() };
+        for (ends, list) in lists {
+            let begin = new.of.len();
+            new.firsts.extend(ends.into_iter().map(|end| begin + end));
+            new.of.extend(list);
+        }
+        new
+    }
+
+    /// Number of nodes.
+    pub fn len(&self) -> usize {
+        self.firsts.len().saturating_sub(1)
+    }
+
+    /// Whether there are no nodes.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Number of all pairs, each counted from both sides.
+    pub fn pairs(&self) -> usize {
+        self.of.len()
+    }
+
+    /// Where those of a node stand among all pairs.
+    pub fn range(&self, node: usize) -> Range<usize> {
+        self.firsts[node]..self.firsts[node + 1]
+    }
+
+    /// The neighbours of a node, by their numbers.
+    pub fn of(&self, node: usize) -> &[u32] {
+        &self.of[self.range(node)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    use super::*;
+
+    fn scattered(number: usize, flat: bool) -> Vec<DVec3> {
+        let mut random = Pcg64Mcg::seed_from_u64(7);
+        let mut coordinate = || random.random_range(-1.0..1.0);
+        (0..number)
+            .map(|_| DVec3::new(coordinate(), coordinate(), if flat { 0.0 } else { coordinate() }))
+            .collect()
+    }
+
+    #[test]
+    fn neighbours_are_those_of_a_search_through_all_pairs() {
+        for (flat, radius) in [(true, 0.11), (false, 0.3), (false, 5.0)] {
+            let nodes = scattered(700, flat);
+            let found = Neighbours::within(&nodes, radius);
+            assert_eq!(found.len(), nodes.len());
+            for (n, at) in nodes.iter().enumerate() {
+                let near = |m: &u32| *m as usize != n && nodes[*m as usize].distance(*at) < radius;
+                let all: Vec<u32> = (0..700).filter(near).collect();
+                assert_eq!(found.of(n), all);
+            }
+        }
+        assert!(Neighbours::within(&[], 1.0).is_empty());
+    }
+
+    #[test]
+    fn the_same_on_any_number_of_threads() {
+        let nodes = scattered(3000, false);
+        let with = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| Neighbours::within(&nodes, 0.2))
+        };
+        assert_eq!(with(1), with(3));
+    }
+}
