@@ -1,7 +1,7 @@
 //! What the methods without a mesh share: nodes that are scattered over a plane or over space, and what can be told of fields that are known at them.
 //!
 //! - [`Kernel`]: how much a neighbour counts, by its distance.
-//! - [`nodes`]: where there are any at first; [`Neighbours`]: who is near whom; [`at_surface`]: who is at the free surface.
+//! - [`nodes`]: where there are any at first; [`Neighbours`]: who is near whom; [`at_surface`]: who is at the free surface; [`images`]: what walls show of them.
 //! - [`Gradients`]: derivatives that are exact for linear fields on any cloud, and the Laplacian of Lagrangian differencing dynamics.
 //! - [`Matrix`], [`Multigrid`], [`solve`]: linear systems over neighbours, by conjugate gradients with a preconditioner whose cost is linear.
 //!
@@ -11,6 +11,7 @@
 mod kernel;
 mod krylov;
 mod matrix;
+mod mirror;
 mod multigrid;
 mod neighbours;
 mod nodes;
@@ -20,6 +21,7 @@ mod surface;
 pub use kernel::{Dimension, Kernel, Smoothing};
 pub use krylov::{Failure, Method, Settings, Solved, solve};
 pub use matrix::Matrix;
+pub use mirror::{Image, images};
 pub use multigrid::Multigrid;
 pub use neighbours::Neighbours;
 pub use nodes::nodes;
