@@ -110,7 +110,7 @@ mod tests {
             let inside = (0..fluid.len()).filter(|n| below(&fluid[*n])).map(sum);
             let (low, high) =
                 inside.fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
-            assert!(high / low - 1.0 < 1e-9, "{dimension:?}: {low} {high}");
+            assert!(high > 0.0 && high / low - 1.0 < 1e-9, "{dimension:?}: {low} {high}");
         }
     }
 

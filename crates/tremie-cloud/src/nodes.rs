@@ -8,7 +8,8 @@ use tremie_numerics::DVec3;
 
 use crate::Dimension;
 
-/// Nodes in a body, `spacing` in m apart, x counting fastest; in a plane those of its section at z = 0. None in a body without bounds.
+/// Nodes in a body, `spacing` in m apart, x counting fastest; in a plane those of its section in the middle of its
+/// bounds along z, with z = 0. None in a body without bounds.
 pub fn nodes(body: &Body, spacing: f64, dimension: Dimension) -> Vec<DVec3> {
     let (low, high) = body.bounds();
     let number = ((high - low) / spacing).ceil();
@@ -21,9 +22,10 @@ pub fn nodes(body: &Body, spacing: f64, dimension: Dimension) -> Vec<DVec3> {
     let at = |n: usize| {
         let corner = DVec3::new((n % nx) as f64, (n / nx % ny) as f64, (n / (nx * ny)) as f64);
         let place = low + spacing * (corner + 0.5);
-        if dimension == Dimension::Two { place.with_z(0.0) } else { place }
+        if dimension == Dimension::Two { place.with_z(0.5 * (low.z + high.z)) } else { place }
     };
-    (0..nx * ny * layers).map(at).filter(|at| body.signed_distance(*at) < 0.0).collect()
+    let inside = (0..nx * ny * layers).map(at).filter(|at| body.signed_distance(*at) < 0.0);
+    inside.map(|at| if dimension == Dimension::Two { at.with_z(0.0) } else { at }).collect()
 }
 
 #[cfg(test)]
@@ -36,12 +38,12 @@ mod tests {
 
     #[test]
     fn nodes_stand_for_the_volume() {
-        let tank = Shape::Box { min: DVec3::new(-0.1, 0.2, -0.05), max: DVec3::new(0.2, 0.4, 0.05) };
+        let tank = Shape::Box { min: DVec3::new(-0.1, 0.2, 0.05), max: DVec3::new(0.2, 0.4, 0.15) };
         let tank = Body::Shape(tank);
         assert_eq!(nodes(&tank, 0.01, Dimension::Two).len(), 30 * 20);
         assert_eq!(nodes(&tank, 0.01, Dimension::Three).len(), 30 * 20 * 10);
         let first = nodes(&tank, 0.01, Dimension::Three)[0];
-        assert!((first - DVec3::new(-0.095, 0.205, -0.045)).length() < 1e-12);
+        assert!((first - DVec3::new(-0.095, 0.205, 0.055)).length() < 1e-12);
         // A sphere within what the squares at its surface may be wrong by at random.
         let ball = Body::Shape(Shape::Sphere { centre: DVec3::new(0.003, 0.0, 0.001), radius: 0.1 });
         let volume = nodes(&ball, 0.005, Dimension::Three).len() as f64 * 0.005_f64.powi(3);
