@@ -93,6 +93,24 @@ impl Surroundings {
         near.map(move |n| (n, self.positions[n] - at, &self.sources[n]))
     }
 
+    /// Share of the volume around a particle that particles stand for, by the kernel.
+    pub(crate) fn crowd(&self, particle: usize) -> f64 {
+        let others = self.around(particle).map(|(_, x, _)| self.kernel.weight(x.length())).sum::<f64>();
+        self.volume * (self.kernel.weight(0.0) + others)
+    }
+
+    /// The same on a lattice.
+    pub(crate) fn lattice(&self) -> f64 {
+        let spacing = self.volume.powf(1.0 / self.dimension.number() as f64);
+        let reach = (self.kernel.support() / spacing).ceil() as i32;
+        let along = || (-reach..=reach).map(f64::from);
+        let high = move || if self.dimension == Dimension::Two { 0..=0 } else { -reach..=reach };
+        let places = along().flat_map(move |x| {
+            along().flat_map(move |y| high().map(move |z| DVec3::new(x, y, f64::from(z))))
+        });
+        self.volume * places.map(|at| self.kernel.weight(spacing * at.length())).sum::<f64>()
+    }
+
     /// A value of all particles as images have it too.
     pub(crate) fn mirrored<T>(&self, of: impl Fn(&Source) -> T) -> Vec<T> {
         self.sources.iter().map(of).collect()

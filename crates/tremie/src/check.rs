@@ -66,13 +66,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
             let time = significant(100.0 * pace.burden);
             rows.push(("they add", format!("about {memory} of the memory, {time} % to the time of a step")));
         }
-        let least = if case.inlets.is_empty() { "" } else { "at least " };
+        let about = if case.inlets.is_empty() { "" } else { "about " };
         let earlier = if case.stop.rest.is_some() { ", less if it comes to rest earlier" } else { "" };
         let threads = rayon::current_num_threads();
         rows.push((
             "estimated time",
             format!(
-                "{least}{}{earlier} ({} M cell updates/s on {threads} threads)",
+                "{about}{}{earlier} ({} M cell updates/s on {threads} threads)",
                 duration(pace.step * numbers.plan.steps),
                 significant(1e-6 * pace.updates)
             ),
