@@ -1,11 +1,11 @@
 //! The pressure that keeps the volume: at the places x* at the end of the step,
 //!
 //! ```text
-//!     lap p' = div(rho u*/dt + grad p) - 0.01 rho (n/n0 - 1)+ / dt^2,    p' = 0 at the free surface,    d p'/dn = rho g . n at walls
+//!     lap p' = div(rho u*/dt + grad p) - 0.25 (rho |u*|/h) (n/n0 - 1)+ / dt,    p' = 0 at the free surface,    d p'/dn = rho g . n at walls
 //! ```
 //!
 //! with n the share of the volume around that particles stand for and n0 that of a lattice: particles that have come too near to each other are driven apart (Asai et al. 2012), or a
-//! fluid that has splashed would take less room than before.
+//! fluid that has splashed would take less room than before; only where it flows, so that what is at rest stays there.
 //!
 //! All of it is found anew, not only its change: what the Laplacian sees of a pressure and the divergence of its gradient does not would add up from step to step.
 //!
@@ -21,8 +21,8 @@ use crate::surroundings::{Source, Surroundings};
 
 const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-9, iterations: 500 };
 
-/// Share of what particles stand too near to each other that a step takes back (Asai et al. 2012).
-const RELAXES: f64 = 0.01;
+/// Share of what particles stand too near to each other that is taken back while one goes a smoothing length.
+const RELAXES: f64 = 0.25;
 
 /// Finds `values` whose Laplacian is `source`, zero at the surface; those of images are those of their particles and `beyond`. Gives the iterations that it took.
 fn poisson(
@@ -100,12 +100,12 @@ pub(crate) fn project(
     let weight_of = fluid.density * fluid.gravity;
     let pushes = around.mirrored(|source| weight_of + source.mirror * (pushed[source.of] - weight_of));
     // Share of the volume that kernels tell of, over that of a lattice.
-    let whole = around.lattice();
+    let (whole, length) = (around.lattice(), 0.5 * around.kernel.support());
     let crowding = |a: usize| (around.crowd(a) / whole - 1.0).max(0.0);
     let source = |a: usize| {
         let l = fluid.density / step * gradients.velocity_gradient(a, &all)
             + gradients.velocity_gradient(a, &pushes);
-        let back = RELAXES * fluid.density * crowding(a) / (step * step);
+        let back = RELAXES * velocities[a].length() / length * fluid.density * crowding(a) / step;
         l.x_axis.x + l.y_axis.y + l.z_axis.z - back
     };
     let beyond = |source: &Source| weight(fluid, source);
