@@ -121,7 +121,7 @@ fn standing_in(case: &Case, inflow: f64) -> Case {
     let fluid =
         FluidRegion { shape: Shape::Box { min, max }, velocity: DVec3::ZERO, batch: None, structure: None };
     Case {
-        domain: Domain { max, sides: [Side::REST; 6], ..case.domain.clone() },
+        domain: Domain { max, sides: [Side::REST; 6], ..case.domain },
         fluid: vec![fluid],
         inlets: Vec::new(),
         outlets: Vec::new(),
