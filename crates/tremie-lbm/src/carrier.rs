@@ -155,9 +155,16 @@ impl<T: Real> Grid<T> {
     /// Makes what is seen fit the cells as they are now: after a step, cells may have become fluid or air.
     pub(crate) fn look(&mut self) {
         let Self { immersed, kinds, fills, front, .. } = self;
-        immersed.seen.par_iter_mut().enumerate().skip(2).for_each(|(slot, seen)| {
-            let Some(seen) = seen else { return };
+        let both = (immersed.seen.par_iter_mut(), immersed.last.par_iter_mut());
+        both.into_par_iter().enumerate().skip(2).for_each(|(slot, (seen, last))| {
+            let (Some(seen), Some(last)) = (seen, last) else { return };
             for (row, kinds) in kinds[slot].iter().enumerate().filter(|(_, kinds)| kinds.liquid != 0xff) {
+                // What is air now has no last velocity when it is fluid again.
+                for (k, cell) in last.row_mut(row).iter_mut().enumerate() {
+                    if kinds.wet() >> k & 1 == 0 {
+                        *cell = [T::ZERO; 4];
+                    }
+                }
                 for (k, cell) in seen.row_mut(row).iter_mut().enumerate() {
                     let at = row * EDGE + k;
                     let fill = match (kinds.liquid >> k & 1, kinds.interface >> k & 1) {

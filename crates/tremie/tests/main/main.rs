@@ -229,14 +229,15 @@ fn a_report_is_one_page_with_all_of_a_run() {
         "From above",
         "Yielded in a cut",
         "Pressure in a cut",
+        "Apparent viscosity in a cut",
         "M each second",
         "yield_stress = &quot;50 Pa&quot;",
     ] {
         assert!(page.contains(word), "{word}");
     }
-    // Four plots, five pictures of the last state, three times two over time; and nothing from elsewhere.
-    assert_eq!(page.matches("<img src=\"data:image/png;base64,iVBORw0KGgo").count(), 4 + 5 + 6);
-    assert_eq!(page.matches("src=").count(), 15);
+    // Four plots, six pictures of the last state, three times two over time; and nothing from elsewhere.
+    assert_eq!(page.matches("<img src=\"data:image/png;base64,iVBORw0KGgo").count(), 4 + 6 + 6);
+    assert_eq!(page.matches("src=").count(), 16);
     for word in ["http", "<script", "<link", "@import", "url("] {
         assert!(!page.contains(word), "{word}");
     }
