@@ -102,7 +102,7 @@ pub enum Quantity {
     Pressure,
     /// Shear rate in 1/s.
     ShearRate,
-    /// Apparent viscosity, stress over shear rate, in Pa s, from the plastic viscosity to [`STIFF`] times as much and more.
+    /// Apparent viscosity, stress over shear rate, in Pa s, from the plastic viscosity to five times as much and more.
     ApparentViscosity,
     /// Where the fluid shears, and where it is as a solid.
     Yielded,
