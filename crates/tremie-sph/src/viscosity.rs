@@ -83,19 +83,30 @@ pub(crate) fn diffuse(
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use tremie_cloud::{Dimension, nodes};
     use tremie_geometry::{Body, Shape};
+    use tremie_numerics::DQuat;
     use tremie_rheology::FlowCurve;
 
     use super::*;
 
-    /// div(2 mu E) in the midst of a lattice, by which the velocity changes in a short step. On a square lattice whose axes the shear is along, the sum over neighbours has 0.959 of the
-    /// integral of the kernel that it stands for (in space, with its shorter kernel, 0.87).
+    /// div(2 mu E) in the midst of a lattice, by which the velocity changes in a step. Sums over neighbours stand for integrals: shear along the axes of a lattice meets too little of the
+    /// viscosity (0.96 in a plane, 0.87 in space), shear at 45 degrees to them as much too much. Their mean is the viscosity.
     #[test]
     fn viscous_forces_are_those_of_the_stress() {
-        let (dimension, spacing) = (Dimension::Two, 0.025);
+        for (dimension, spacing) in [(Dimension::Two, 0.025), (Dimension::Three, 0.05)] {
+            let of = |angle: f64| share(dimension, spacing, DQuat::from_rotation_z(angle));
+            let mean = 0.5 * (of(0.0) + of(0.25 * PI));
+            assert!((mean - 1.0).abs() < 0.03, "{dimension:?}: {mean}");
+        }
+    }
+
+    /// Share of the viscous force in the midst of a lattice that is turned.
+    fn share(dimension: Dimension, spacing: f64, turn: DQuat) -> f64 {
         let body = Body::Shape(Shape::Box { min: DVec3::splat(-0.5), max: DVec3::splat(0.5) });
-        let positions = nodes(&body, spacing, dimension);
+        let positions: Vec<DVec3> = nodes(&body, spacing, dimension).iter().map(|at| turn * *at).collect();
         let around = Surroundings::new(&positions, spacing, dimension, &[]);
         let fluid = Fluid {
             density: 1000.0,
@@ -104,18 +115,21 @@ mod tests {
             gravity: DVec3::ZERO,
         };
         // Free of divergence: (y^2, x^2, 0).
-        let flow = |at: &DVec3| DVec3::new(at.y * at.y, at.x * at.x, 0.0);
         let viscosity: Vec<f64> = positions.iter().map(|at| 3.0 * (1.0 + 0.5 * at.x)).collect();
-        let before: Vec<DVec3> = positions.iter().map(flow).collect();
+        let before: Vec<DVec3> =
+            positions.iter().map(|at| DVec3::new(at.y * at.y, at.x * at.x, 0.0)).collect();
         let (mut after, step) = (before.clone(), 0.02);
-        diffuse(&around, &fluid, &viscosity, |_| DVec3::ZERO, &mut after, step).unwrap();
+        let solved = diffuse(&around, &fluid, &viscosity, |_| DVec3::ZERO, &mut after, step);
+        assert!(solved.is_ok(), "{solved:?}");
+        let (mut sum, mut whole) = (0.0, 0.0);
         for n in (0..positions.len()).filter(|n| positions[*n].abs().max_element() < 0.2) {
             let at = positions[n];
             // mu lap u + 2 E grad mu
             let exact = 6.0 * (1.0 + 0.5 * at.x) * DVec3::new(1.0, 1.0, 0.0)
                 + DVec3::new(0.0, 3.0 * (at.x + at.y), 0.0);
-            let found = (after[n] - before[n]) * fluid.density / step;
-            assert!((found - exact).length() < 0.05 * exact.length(), "{dimension:?} {at}: {found} {exact}");
+            sum += exact.dot((after[n] - before[n]) * fluid.density / step);
+            whole += exact.length_squared();
         }
+        sum / whole
     }
 }
