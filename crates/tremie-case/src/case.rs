@@ -309,6 +309,67 @@ pub enum Surface {
 pub enum Method {
     /// Free-surface lattice Boltzmann.
     Lbm(Lbm),
+    /// Incompressible smoothed particle hydrodynamics.
+    Isph(Isph),
+}
+
+impl Method {
+    /// What it is called in the case file.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Lbm(_) => "lbm",
+            Self::Isph(_) => "isph",
+        }
+    }
+
+    /// Edge of a cell, or distance of particles, in m.
+    pub fn resolution(&self) -> f64 {
+        match self {
+            Self::Lbm(lbm) => lbm.cell_size,
+            Self::Isph(isph) => isph.spacing,
+        }
+    }
+
+    /// The key that says so.
+    pub fn resolution_key(&self) -> &'static str {
+        match self {
+            Self::Lbm(_) => "lbm.cell_size",
+            Self::Isph(_) => "isph.spacing",
+        }
+    }
+}
+
+/// Settings of incompressible smoothed particle hydrodynamics.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Isph {
+    /// Distance of particles in m; the domain is a whole number of them along each axis.
+    pub spacing: f64,
+    /// Share of a smoothing length that a particle may go in a step.
+    pub courant: f64,
+    /// How the viscous part of a step is taken.
+    pub stress: StressStep,
+    /// What stress and shear rate are taken to be.
+    pub strain_convention: StrainConvention,
+    /// Largest apparent viscosity in Pa s; chosen by the solver if absent.
+    pub largest_viscosity: Option<f64>,
+}
+
+/// How the viscous part of a step is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StressStep {
+    /// From the velocities at the end of the step.
+    Implicit,
+    /// From those at its beginning: steps must be short.
+    Explicit,
+}
+
+/// What stress and shear rate are taken to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StrainConvention {
+    /// Stress 2 mu E at the shear rate sqrt(2 E:E): |du/dy| in simple shear.
+    Standard,
+    /// As Wu (2016) prints them: mu E at sqrt(E:E/2).
+    Paper,
 }
 
 /// Settings of the lattice Boltzmann method.

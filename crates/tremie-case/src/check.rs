@@ -41,17 +41,15 @@ pub(crate) fn check(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
     flow_curve(&case.material.curve, document)?;
     corners(case.domain.min, case.domain.max, "domain", document)?;
     sides(&case.domain, document)?;
+    cells(&case.domain, &case.method, document)?;
     match &case.method {
-        Method::Lbm(lbm) => {
-            cells(&case.domain, lbm, document)?;
-            scheme(lbm, case, document)?;
-        }
+        Method::Lbm(lbm) => scheme(lbm, case, document)?,
+        Method::Isph(_) => particles(case, document)?,
     }
     for (index, region) in case.fluid.iter().enumerate() {
         let path = format!("fluid.{index}");
         fluid(region, &path, &case.domain, document)?;
-        let Method::Lbm(lbm) = &case.method;
-        holds(&region.shape, &path, &case.domain, lbm.cell_size, document)?;
+        holds(&region.shape, &path, &case.domain, case.method.resolution(), document)?;
     }
     for (index, inlet) in case.inlets.iter().enumerate() {
         self::inlet(inlet, &format!("inlet.{index}"), case, document)?;
@@ -203,10 +201,41 @@ fn scheme(lbm: &Lbm, case: &Case, document: &Document<'_>) -> Result<(), Fault> 
     }
 }
 
+/// There is nothing in the case that particles do not know.
+fn particles(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
+    let unknown = [
+        ("cage", "cages", !case.cages.is_empty()),
+        ("inclusions", "inclusions", case.has_bodies()),
+        ("fibre_field", "fibre fields", case.fibre_field.is_some()),
+        ("inlet", "inlets", !case.inlets.is_empty()),
+        ("outlet", "outlets", !case.outlets.is_empty()),
+        ("fluid", "batches", !case.batches().is_empty()),
+        ("material.thixotropy", "thixotropy", case.material.thixotropy.is_some()),
+    ];
+    if let Some((key, what, _)) = unknown.into_iter().find(|(.., present)| *present) {
+        let place = document.locate(key);
+        let problem = format!("the method `isph` does not know {what}");
+        return Err(Fault::new(place, problem, "leave this out, or write method = \"lbm\"")
+            .related(document.find("method"), "the method"));
+    }
+    let film = |surface: &Surface| matches!(surface, Surface::Film { .. });
+    let of_side = |side: &Side| matches!(side, Side::Wall { surface, .. } if film(surface));
+    let side = case.domain.sides.iter().position(of_side);
+    let solid = case.solids.iter().position(|solid| film(&solid.surface));
+    let place = match (side, solid) {
+        (Some(side), _) => format!("domain.sides.{}.surface", SIDE_KEYS[side]),
+        (None, Some(solid)) => format!("{}.surface", solid_path(solid, document)),
+        (None, None) => return Ok(()),
+    };
+    let problem = "the method `isph` knows no walls with a film";
+    let advice = "write \"no_slip\", \"free_slip\" or a slip length, or method = \"lbm\"";
+    Err(Fault::new(document.locate(&place), problem, advice))
+}
+
 /// The domain is a whole number of cells along each axis, and not too many.
-fn cells(domain: &Domain, lbm: &Lbm, document: &Document<'_>) -> Result<(), Fault> {
-    let cell_size = lbm.cell_size;
-    let cell_size_span = document.locate("lbm.cell_size");
+fn cells(domain: &Domain, method: &Method, document: &Document<'_>) -> Result<(), Fault> {
+    let cell_size = method.resolution();
+    let cell_size_span = document.locate(method.resolution_key());
     let cells = (domain.max - domain.min) / cell_size;
     for (axis, name) in AXES.iter().enumerate() {
         if cells[axis] < 1.0 - CELL_TOLERANCE {
@@ -538,8 +567,8 @@ fn inlet(inlet: &Inlet, path: &str, case: &Case, document: &Document<'_>) -> Res
             "write [0, 0, -1] for downwards, say",
         ));
     }
-    let Method::Lbm(lbm) = &case.method;
-    let least = FEWEST_CELLS_OF_INLET * lbm.cell_size;
+    let resolution = case.method.resolution();
+    let least = FEWEST_CELLS_OF_INLET * resolution;
     if inlet.face.least_extent() < least * (1.0 - CELL_TOLERANCE) {
         return Err(Fault::new(
             document.locate(&format!("{path}.{key}.{size}")),
@@ -549,7 +578,7 @@ fn inlet(inlet: &Inlet, path: &str, case: &Case, document: &Document<'_>) -> Res
             ),
             format!("write \"{} m\" at least (better three times that), or smaller cells", tidy(least)),
         )
-        .related(document.find("lbm.cell_size"), "the cell size"));
+        .related(document.find(case.method.resolution_key()), "the cell size"));
     }
     if inlet.stop <= inlet.start {
         return Err(Fault::new(
@@ -574,7 +603,7 @@ fn inlet(inlet: &Inlet, path: &str, case: &Case, document: &Document<'_>) -> Res
     let (min, max) = inlet.face.bounds(0.0);
     let (low, high) = inlet.motion.range(inlet.start, case.stop.time);
     // A face along a side of the domain has no thickness to meet it with.
-    let touch = 0.5 * lbm.cell_size;
+    let touch = 0.5 * resolution;
     let problem = "this inlet lies outside the domain from the start to the end of the run";
     meets((min + low - touch, max + high + touch), &case.domain, problem, path, document)
 }
@@ -599,17 +628,14 @@ fn above_fill(above: &AboveFill, path: &str, case: &Case, document: &Document<'_
         )
         .related(document.find("domain.gravity"), "the gravity"));
     }
-    let Method::Lbm(lbm) = &case.method;
-    if above.distance < lbm.cell_size * (1.0 - CELL_TOLERANCE) {
+    let resolution = case.method.resolution();
+    if above.distance < resolution * (1.0 - CELL_TOLERANCE) {
         return Err(Fault::new(
             document.locate(&format!("{key}.distance")),
             "the inlet is less than a cell above the fill",
-            format!(
-                "write \"{} m\" at least (better some cells more), or smaller cells",
-                tidy(lbm.cell_size)
-            ),
+            format!("write \"{} m\" at least (better some cells more), or smaller cells", tidy(resolution)),
         )
-        .related(document.find("lbm.cell_size"), "the cell size"));
+        .related(document.find(case.method.resolution_key()), "the cell size"));
     }
     Ok(())
 }
@@ -635,12 +661,12 @@ fn forwards(motion: &Motion, path: &str, document: &Document<'_>) -> Result<(), 
 /// Bars are thick enough for the cells.
 fn bars(body: &Body, path: &str, case: &Case, document: &Document<'_>) -> Result<(), Fault> {
     let Body::Union(bars) = body else { return Ok(()) };
-    let Method::Lbm(lbm) = &case.method;
+    let resolution = case.method.resolution();
     let thickness = |body: &Body| match body {
         Body::Shape(shape) => shape.thickness(),
         _ => f64::INFINITY,
     };
-    let thin = |body: &Body| thickness(body) < BAR_CELLS * lbm.cell_size * (1.0 - CELL_TOLERANCE);
+    let thin = |body: &Body| thickness(body) < BAR_CELLS * resolution * (1.0 - CELL_TOLERANCE);
     let Some(first) = bars.bodies().iter().position(thin) else { return Ok(()) };
     let all = bars.bodies().len();
     let count = bars.bodies().iter().filter(|body| thin(body)).count();
@@ -656,7 +682,7 @@ fn bars(body: &Body, path: &str, case: &Case, document: &Document<'_>) -> Result
         ),
         "write smaller cells, half as large as the bars at most, or a [[cage]] in place of the bars",
     )
-    .related(document.find("lbm.cell_size"), "the cell size"))
+    .related(document.find(case.method.resolution_key()), "the cell size"))
 }
 
 /// All shapes of a body have a volume, and are not thinner than a cell.
@@ -664,8 +690,8 @@ fn parts(body: &Body, path: &str, case: &Case, document: &Document<'_>) -> Resul
     match body {
         Body::Shape(one) => {
             shape(one, path, document)?;
-            let Method::Lbm(lbm) = &case.method;
-            if one.thickness() >= lbm.cell_size * (1.0 - CELL_TOLERANCE) {
+            let resolution = case.method.resolution();
+            if one.thickness() >= resolution * (1.0 - CELL_TOLERANCE) {
                 return Ok(());
             }
             let what = match one {
@@ -680,17 +706,17 @@ fn parts(body: &Body, path: &str, case: &Case, document: &Document<'_>) -> Resul
                 Shape::ConeShell { thickness, .. } => thickness / one.thickness(),
                 _ => 1.0,
             };
-            let least = lbm.cell_size * (100.0 * lean * (1.0 - CELL_TOLERANCE)).ceil() / 100.0;
+            let least = resolution * (100.0 * lean * (1.0 - CELL_TOLERANCE)).ceil() / 100.0;
             Err(Fault::new(
                 document.locate(&what),
                 format!("the cells are too large to see this: it is {} m thick", tidy(one.thickness())),
                 format!("write \"{} m\" at least (better twice that), or smaller cells", tidy(least)),
             )
-            .related(document.find("lbm.cell_size"), "the cell size"))
+            .related(document.find(case.method.resolution_key()), "the cell size"))
         }
         Body::Mesh(mesh) => {
-            let Method::Lbm(lbm) = &case.method;
-            let Some((count, place)) = mesh.thin(lbm.cell_size * (1.0 - CELL_TOLERANCE)) else {
+            let resolution = case.method.resolution();
+            let Some((count, place)) = mesh.thin(resolution * (1.0 - CELL_TOLERANCE)) else {
                 return Ok(());
             };
             let [x, y, z] = place.to_array().map(tidy);
@@ -700,7 +726,7 @@ fn parts(body: &Body, path: &str, case: &Case, document: &Document<'_>) -> Resul
                 "the cells are too large to see this: it is thinner than one",
                 format!("at {count} of {all} facets, the first at {x} m, {y} m, {z} m; make it thicker, or write smaller cells"),
             )
-            .related(document.find("lbm.cell_size"), "the cell size"))
+            .related(document.find(case.method.resolution_key()), "the cell size"))
         }
         Body::Complement(body) => {
             parts(body, path, case, document)?;
@@ -799,8 +825,9 @@ fn gauges(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
 
 /// The wall of a pressure gauge is one that bears something, and some of it is in the box that counts.
 fn pressure(gauge: &PressureGauge, path: &str, case: &Case, document: &Document<'_>) -> Result<(), Fault> {
-    let Method::Lbm(lbm) = &case.method;
-    if lbm.textbook().is_some() {
+    if let Method::Lbm(lbm) = &case.method
+        && lbm.textbook().is_some()
+    {
         let problem = "the schemes of the textbooks do not tell what walls bear";
         return Err(Fault::new(document.locate(path), problem, "leave this out"));
     }

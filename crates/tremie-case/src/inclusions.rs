@@ -462,8 +462,8 @@ const FEWEST_CELLS: [f64; 2] = [3.0, 2.0];
 
 /// Bodies of a form are large enough for the cells, and no longer than half of a period.
 fn sizes(form: &Form, case: &Case, path: &str, document: &Document<'_>) -> Result<(), Fault> {
-    let crate::case::Method::Lbm(lbm) = &case.method;
-    let [fibre, other] = FEWEST_CELLS.map(|cells| cells * lbm.cell_size);
+    let resolution = case.method.resolution();
+    let [fibre, other] = FEWEST_CELLS.map(|cells| cells * resolution);
     let (key, size, least) = match *form {
         Form::Fibre { length, .. } => ("fibre.length", length, fibre),
         Form::Sphere { diameter } => ("sphere.diameter", diameter, other),
@@ -475,9 +475,8 @@ fn sizes(form: &Form, case: &Case, path: &str, document: &Document<'_>) -> Resul
     if size < least * (1.0 - 1e-9) {
         let problem = format!("the cells are too large to see bodies of {} m", tidy(size));
         let advice = format!("write \"{} m\" at least, or smaller cells", tidy(least));
-        return Err(
-            Fault::new(place, problem, advice).related(document.find("lbm.cell_size"), "the cell size")
-        );
+        return Err(Fault::new(place, problem, advice)
+            .related(document.find(case.method.resolution_key()), "the cell size"));
     }
     let longest = 2.0 * form.reach();
     if let Some(period) = case.periods().0.into_iter().flatten().find(|period| *period < 2.0 * longest) {
@@ -521,14 +520,14 @@ pub(crate) fn sections(case: &Case, document: &Document<'_>) -> Result<(), Fault
             return Err(Fault::new(document.locate(&path(n, key)), problem, advice));
         }
     }
-    let crate::case::Method::Lbm(lbm) = &case.method;
+    let resolution = case.method.resolution();
     match case.following.region {
-        Some(region) if region < lbm.cell_size * (1.0 - 1e-9) => Err(Fault::new(
+        Some(region) if region < resolution * (1.0 - 1e-9) => Err(Fault::new(
             document.locate("suspension.region"),
             "the squares are smaller than a cell",
-            format!("write \"{} m\" at least", tidy(lbm.cell_size)),
+            format!("write \"{} m\" at least", tidy(resolution)),
         )
-        .related(document.find("lbm.cell_size"), "the cell size")),
+        .related(document.find(case.method.resolution_key()), "the cell size")),
         _ => Ok(()),
     }
 }
@@ -595,8 +594,8 @@ pub(crate) fn placed(case: &Case, document: &Document<'_>) -> Result<Inclusions,
         for (k, incoming) in inlet.inclusions.iter().enumerate() {
             let path = format!("inlet.{n}.inclusions.{k}");
             sizes(&incoming.form, case, &path, document)?;
-            let crate::case::Method::Lbm(lbm) = &case.method;
-            let mouth = Mouth::new(inlet, case, 0.5 * lbm.cell_size);
+            let resolution = case.method.resolution();
+            let mouth = Mouth::new(inlet, case, 0.5 * resolution);
             if !passes(&incoming.form, incoming.direction, &mouth) {
                 let problem = "the bodies are too large to come in through the face of the inlet";
                 let advice = "write smaller ones, another direction, or a larger face within the domain";

@@ -16,8 +16,9 @@ use tremie_suspension::Inclusions;
 use crate::bars;
 use crate::case::{
     AboveFill, Cage, Case, Collision, Course, Domain, FillingGauge, FluidRegion, FrontGauge, Gauges, Inlet,
-    Lattice, Layer, Lbm, LevelGauge, LightGauge, Material, Method, Outlet, Output, Precision, Preset,
-    PressureGauge, Rest, Role, Side, Solid, SpreadGauge, Stepping, Stop, Surface,
+    Isph, Lattice, Layer, Lbm, LevelGauge, LightGauge, Material, Method, Outlet, Output, Precision, Preset,
+    PressureGauge, Rest, Role, Side, Solid, SpreadGauge, Stepping, Stop, StrainConvention, StressStep,
+    Surface,
 };
 use crate::describe::object;
 use crate::document::{
@@ -1304,7 +1305,71 @@ const WAYPOINT: Section<Waypoint> = {
 const METHOD: Switch<Method> = Switch {
     name: "method",
     about: "how the flow is computed; its settings stand in a section of the same name",
-    sections: &[("lbm", "free-surface lattice Boltzmann", LBM)],
+    sections: &[
+        ("lbm", "free-surface lattice Boltzmann", LBM),
+        ("isph", "incompressible smoothed particle hydrodynamics", ISPH),
+    ],
+};
+
+const ISPH: Section<Method> = {
+    const SPACING: Need<Quantity> =
+        need("spacing", "distance of particles", quantity(Dimension::LENGTH, Bound::Positive, "5 mm"));
+    const COURANT: Or<Quantity> = or(
+        "courant",
+        "0.2",
+        "limit of the time step: how far a particle may go in it, over the smoothing length",
+        quantity(Dimension::NUMBER, Bound::UpTo(0.5), "0.2"),
+    );
+    const STRESS: Or<Choice<StressStep>> = or(
+        "stress",
+        "\"implicit\"",
+        "how the viscous part of a step is taken",
+        Choice(&[
+            (
+                "implicit",
+                "by the velocities at its end: steps are as long as the flow allows",
+                StressStep::Implicit,
+            ),
+            (
+                "explicit",
+                "by those at its beginning: steps are as short as the largest viscosity needs",
+                StressStep::Explicit,
+            ),
+        ]),
+    );
+    const CONVENTION: Or<Choice<StrainConvention>> = or(
+        "strain_convention",
+        "\"standard\"",
+        "what stress and shear rate are",
+        Choice(&[
+            ("standard", "2 mu E at the shear rate sqrt(2 E:E)", StrainConvention::Standard),
+            (
+                "paper",
+                "mu E at sqrt(E:E/2), as Wu (2016) prints them, to reproduce it",
+                StrainConvention::Paper,
+            ),
+        ]),
+    );
+    const LARGEST: Maybe<Quantity> = maybe(
+        "largest_viscosity",
+        "apparent viscosity of fluid that has not yielded; if absent, so large that it creeps by 1 % until the stop time under half of its yield stress",
+        quantity(Dimension::VISCOSITY, Bound::Positive, "50 kPa s"),
+    );
+    Section {
+        keys: &[&SPACING, &COURANT, &STRESS, &CONVENTION, &LARGEST],
+        example: &["spacing = \"5 mm\""],
+        read: |t| {
+            let (.., stress) = t.or(&STRESS)?;
+            let (.., strain_convention) = t.or(&CONVENTION)?;
+            Ok(Method::Isph(Isph {
+                spacing: t.need(&SPACING)?,
+                courant: t.or(&COURANT)?,
+                stress: *stress,
+                strain_convention: *strain_convention,
+                largest_viscosity: t.maybe(&LARGEST)?,
+            }))
+        },
+    }
 };
 
 const LBM: Section<Method> = {

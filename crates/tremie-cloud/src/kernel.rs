@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 /// A plane or space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dimension {
-    /// A plane: z is 0.
+    /// A vertical plane: y is the same everywhere.
     Two,
     /// Space.
     Three,

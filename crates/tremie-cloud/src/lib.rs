@@ -1,11 +1,11 @@
 //! What the methods without a mesh share: nodes that are scattered over a plane or over space, and what can be told of fields that are known at them.
 //!
 //! - [`Kernel`]: how much a neighbour counts, by its distance.
-//! - [`nodes`]: where there are any at first; [`Neighbours`]: who is near whom; [`at_surface`]: who is at the free surface; [`images`]: what walls show of them.
+//! - [`nodes`]: where there are any at first; [`Neighbours`]: who is near whom; [`at_surface`]: who is at the free surface; [`images`]: what walls show of them, [`copies`]: what is there again beyond periodic sides; [`reorder`]: how those that move stay apart.
 //! - [`Gradients`]: derivatives that are exact for linear fields on any cloud, and the Laplacian of Lagrangian differencing dynamics.
 //! - [`Matrix`], [`Multigrid`], [`solve`]: linear systems over neighbours, by conjugate gradients with a preconditioner whose cost is linear.
 //!
-//! Positions are in m, in three components; in a plane z is 0. All sums are taken in a fixed order, so that results are the same to the bit on
+//! Positions are in m, in three components; a plane is one of x and z, and y the same everywhere. All sums are taken in a fixed order, so that results are the same to the bit on
 //! any number of threads.
 
 mod kernel;
@@ -16,14 +16,18 @@ mod multigrid;
 mod neighbours;
 mod nodes;
 mod operators;
+mod order;
+mod periodic;
 mod surface;
 
 pub use kernel::{Dimension, Kernel, Smoothing};
 pub use krylov::{Failure, Method, Settings, Solved, solve};
 pub use matrix::Matrix;
-pub use mirror::{Image, images};
+pub use mirror::{Image, Standing, images};
 pub use multigrid::Multigrid;
 pub use neighbours::Neighbours;
 pub use nodes::nodes;
 pub use operators::Gradients;
+pub use order::{Follower, reorder};
+pub use periodic::{Copy, copies};
 pub use surface::at_surface;

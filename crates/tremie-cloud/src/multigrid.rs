@@ -42,10 +42,15 @@ pub struct Multigrid {
 }
 
 impl Multigrid {
-    /// For a matrix over nodes at `positions`, `spacing` apart; both in m.
+    /// For a matrix over nodes at `positions`, `spacing` apart; both in m. A node may have several unknowns, such as the components of a vector, whose rows follow each other; those of a kind go
+    /// together.
     pub fn new(matrix: &Matrix, positions: &[DVec3], spacing: f64) -> Self {
-        let mut places: Vec<[i64; 3]> =
-            positions.iter().map(|at| (*at / spacing).floor().to_array().map(|x| x as i64)).collect();
+        let kinds = (matrix.len() / positions.len().max(1)).max(1);
+        let place = |row: usize| {
+            let at = (positions[row / kinds] / spacing).floor().to_array().map(|x| x as i64);
+            (row % kinds, at)
+        };
+        let mut places: Vec<(usize, [i64; 3])> = (0..matrix.len()).map(place).collect();
         let mut levels: Vec<Level> = Vec::new();
         loop {
             let fine = levels.last().map_or(matrix, |level| &level.matrix);
@@ -54,7 +59,7 @@ impl Multigrid {
             }
             let mut numbers = BTreeMap::new();
             for (place, row) in places.iter_mut().zip(0..) {
-                *place = place.map(|x| x.div_euclid(2));
+                place.1 = place.1.map(|x| x.div_euclid(2));
                 if fine.others(row).next().is_some() {
                     numbers.entry(*place).or_insert(0);
                 }

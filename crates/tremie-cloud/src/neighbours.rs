@@ -33,6 +33,14 @@ impl Neighbours {
     /// # Panics
     /// If there are more than 2^32 nodes.
     pub fn within(positions: &[DVec3], radius: f64) -> Self {
+        Self::of_first(positions.len(), positions, radius)
+    }
+
+    /// The same for the first `number` nodes; the others are only their neighbours.
+    ///
+    /// # Panics
+    /// If there are more than 2^32 nodes.
+    pub fn of_first(number: usize, positions: &[DVec3], radius: f64) -> Self {
         assert!(u32::try_from(positions.len()).is_ok(), "so many nodes have no numbers");
         let mut sorted: Vec<(Cell, u32)> =
             positions.par_iter().enumerate().map(|(n, at)| (cell(*at, radius), n as u32)).collect();
@@ -53,10 +61,8 @@ impl Neighbours {
             }
             list[begin..].sort_unstable();
         };
-        let chunks: Vec<Range<usize>> = (0..positions.len())
-            .step_by(CHUNK)
-            .map(|begin| begin..(begin + CHUNK).min(positions.len()))
-            .collect();
+        let chunks: Vec<Range<usize>> =
+            (0..number).step_by(CHUNK).map(|begin| begin..(begin + CHUNK).min(number)).collect();
         let lists: Vec<(Vec<usize>, Vec<u32>)> = chunks
             .into_par_iter()
             .map(|nodes| {
@@ -77,7 +83,22 @@ impl Neighbours {
         new
     }
 
-    /// Number of nodes.
+    /// Without the pairs that are not `good`, given by the node and its neighbour.
+    #[must_use]
+    pub fn only(&self, good: impl Fn(usize, usize) -> bool + Sync) -> Self {
+        let list = |n: usize| -> Vec<u32> {
+            self.of(n).iter().copied().filter(|other| good(n, *other as usize)).collect()
+        };
+        let lists: Vec<Vec<u32>> = (0..self.len()).into_par_iter().with_min_len(CHUNK).map(list).collect();
+        let mut firsts = vec![0];
+        firsts.extend(lists.iter().scan(0, |end, list| {
+            *end += list.len();
+            Some(*end)
+        }));
+        Self { firsts, of: lists.concat() }
+    }
+
+    /// Number of nodes that have lists.
     pub fn len(&self) -> usize {
         self.firsts.len().saturating_sub(1)
     }
@@ -124,10 +145,15 @@ mod tests {
             let nodes = scattered(700, flat);
             let found = Neighbours::within(&nodes, radius);
             assert_eq!(found.len(), nodes.len());
+            let first = Neighbours::of_first(3, &nodes, radius);
+            assert_eq!((first.len(), first.of(2)), (3, found.of(2)));
+            let even = found.only(|_, m| m % 2 == 0);
             for (n, at) in nodes.iter().enumerate() {
                 let near = |m: &u32| *m as usize != n && nodes[*m as usize].distance(*at) < radius;
                 let all: Vec<u32> = (0..700).filter(near).collect();
                 assert_eq!(found.of(n), all);
+                let all: Vec<u32> = all.into_iter().filter(|m| m % 2 == 0).collect();
+                assert_eq!(even.of(n), all);
             }
         }
         assert!(Neighbours::within(&[], 1.0).is_empty());

@@ -24,7 +24,7 @@ use crate::{Dimension, Matrix, Neighbours};
 /// Nodes that one thread takes at a time.
 const CHUNK: usize = 64;
 /// Least share of the smallest over the largest extent of the neighbours, by second moments, with which gradients are told.
-const LEAST: f64 = 1e-3;
+const LEAST: f64 = 0.1;
 
 /// What derivatives are formed with.
 #[derive(Debug, Clone)]
@@ -42,11 +42,11 @@ fn outer(a: DVec3, b: DVec3) -> DMat3 {
     DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
-/// The inverse of sums of x x^T, which in a plane have nothing along z; none if they are as good as singular.
+/// The inverse of sums of x x^T, which in a plane have nothing along y; none if they are as good as singular.
 fn inverse(mut moment: DMat3, dimension: Dimension) -> Option<DMat3> {
     let mean = (moment.x_axis.x + moment.y_axis.y + moment.z_axis.z) / dimension.number() as f64;
     if dimension == Dimension::Two {
-        moment.z_axis.z = mean;
+        moment.y_axis.y = mean;
     }
     // The determinant over that of as much in all directions bounds the smallest extent.
     let share = moment.determinant() / mean.powi(3);
@@ -81,6 +81,16 @@ impl<'a> Gradients<'a> {
         Self { positions, neighbours, dimension, weights, inverses }
     }
 
+    /// Number of nodes.
+    pub fn len(&self) -> usize {
+        self.inverses.len()
+    }
+
+    /// Whether there are no nodes.
+    pub fn is_empty(&self) -> bool {
+        self.inverses.is_empty()
+    }
+
     /// Whether a node has neighbours enough on all sides to tell a gradient.
     pub fn tells(&self, node: usize) -> bool {
         self.inverses[node].is_some()
@@ -107,9 +117,14 @@ impl<'a> Gradients<'a> {
         sum * b
     }
 
+    /// How one-sided the neighbours of a node are: b in 1/m, about one over their reach where half of them are missing; none where gradients cannot be told.
+    pub fn leaning(&self, node: usize) -> Option<DVec3> {
+        Some(self.inverses[node]? * self.around(node).map(|(_, x, g)| g * x).sum::<DVec3>())
+    }
+
     /// Weights c of the Laplacian at a node, in the order of its neighbours, in 1/m2; none where it cannot be told.
     pub fn laplacian(&self, node: usize) -> Option<Vec<f64>> {
-        let b = self.inverses[node]? * self.around(node).map(|(_, x, g)| g * x).sum::<DVec3>();
+        let b = self.leaning(node)?;
         let share = |x: DVec3, g: f64| g * (1.0 - x.dot(b));
         let all: f64 = self.around(node).map(|(_, x, g)| share(x, g) * x.length_squared()).sum();
         let scale = 2.0 * self.dimension.number() as f64 / all;

@@ -20,15 +20,16 @@ impl Cloud {
     fn new(dimension: Dimension, edge: i32, jitter: f64) -> Self {
         let mut random = Pcg64Mcg::seed_from_u64(11);
         let spacing = 1.0 / f64::from(edge);
-        let layers = if dimension == Dimension::Two { 0..=0 } else { 0..=edge };
+        let layers = || if dimension == Dimension::Two { 0..=0 } else { 0..=edge };
         let mut nodes = Vec::new();
-        for k in layers {
-            for j in 0..=edge {
+        for k in 0..=edge {
+            for j in layers() {
                 for i in 0..=edge {
                     let corner = spacing * DVec3::new(f64::from(i), f64::from(j), f64::from(k));
                     let mut off = || jitter * spacing * random.random_range(-1.0..1.0);
-                    let off = DVec3::new(off(), off(), off());
-                    let flat = if dimension == Dimension::Two { off.with_z(0.0) } else { off };
+                    let [x, z, y] = [off(), off(), off()];
+                    let off = DVec3::new(x, y, z);
+                    let flat = if dimension == Dimension::Two { off.with_y(0.0) } else { off };
                     let cloud = Self { nodes: Vec::new(), spacing, dimension };
                     nodes.push(if cloud.edge(corner) { corner } else { corner + flat });
                 }
@@ -40,7 +41,7 @@ impl Cloud {
     /// Whether a place is on the edge.
     fn edge(&self, at: DVec3) -> bool {
         let on = |x: f64| x < 0.5 * self.spacing || x > 1.0 - 0.5 * self.spacing;
-        on(at.x) || on(at.y) || (self.dimension == Dimension::Three && on(at.z))
+        on(at.x) || on(at.z) || (self.dimension == Dimension::Three && on(at.y))
     }
 
     /// The kernel of Lagrangian differencing dynamics.
@@ -70,9 +71,9 @@ fn derivatives_of_linear_fields_are_exact_up_to_the_edge() {
         let cloud = Cloud::new(dimension, 8, 0.2);
         let neighbours = cloud.neighbours();
         let flat = if dimension == Dimension::Two { 0.0 } else { 1.0 };
-        let slope = DVec3::new(1.3, -0.7, 0.4 * flat);
-        let l = DMat3::from_cols_array(&[0.3, 2.0, -0.5 * flat, 0.7, -1.1, 0.2 * flat, 0.9, 0.4, 0.8])
-            * DMat3::from_diagonal(DVec3::new(1.0, 1.0, flat));
+        let slope = DVec3::new(1.3, 0.4 * flat, -0.7);
+        let l = DMat3::from_cols_array(&[0.3, 2.0 * flat, -0.5, 0.9, 0.4, 0.8, 0.7, -1.1 * flat, 0.2])
+            * DMat3::from_diagonal(DVec3::new(1.0, flat, 1.0));
         let f: Vec<f64> = cloud.nodes.iter().map(|at| 5.0 + slope.dot(*at)).collect();
         let u: Vec<DVec3> = cloud.nodes.iter().map(|at| l * *at).collect();
         for particles in [false, true] {
@@ -102,15 +103,15 @@ struct Poisson {
     exact: Vec<f64>,
 }
 
-/// f = sin(2 x) cos(3 y) exp(z/2), with k = 1, or 1 + x + y^2, in a plane without z.
+/// f = sin(2 x) cos(3 z) exp(y/2), with k = 1, or 1 + x + z^2; y = 0 in a plane.
 fn poisson(cloud: &Cloud, varies: bool) -> Poisson {
-    let exact = |at: DVec3| (2.0 * at.x).sin() * (3.0 * at.y).cos() * (0.5 * at.z).exp();
-    let k = |at: DVec3| if varies { 1.0 + at.x + at.y * at.y } else { 1.0 };
+    let exact = |at: DVec3| (2.0 * at.x).sin() * (3.0 * at.z).cos() * (0.5 * at.y).exp();
+    let k = |at: DVec3| if varies { 1.0 + at.x + at.z * at.z } else { 1.0 };
     let source = |at: DVec3| {
         let high = if cloud.dimension == Dimension::Two { 0.0 } else { 0.25 };
-        let slope_x = 2.0 * (2.0 * at.x).cos() * (3.0 * at.y).cos() * (0.5 * at.z).exp();
-        let slope_y = -3.0 * (2.0 * at.x).sin() * (3.0 * at.y).sin() * (0.5 * at.z).exp();
-        let of_k = if varies { slope_x + 2.0 * at.y * slope_y } else { 0.0 };
+        let slope_x = 2.0 * (2.0 * at.x).cos() * (3.0 * at.z).cos() * (0.5 * at.y).exp();
+        let slope_z = -3.0 * (2.0 * at.x).sin() * (3.0 * at.z).sin() * (0.5 * at.y).exp();
+        let of_k = if varies { slope_x + 2.0 * at.z * slope_z } else { 0.0 };
         -k(at) * (high - 13.0) * exact(at) - of_k
     };
     let neighbours = cloud.neighbours();

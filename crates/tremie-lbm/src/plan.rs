@@ -76,9 +76,14 @@ pub struct Plan {
 }
 
 /// The lattice settings of a case.
+///
+/// # Panics
+/// If the case is for another method.
 pub(crate) fn settings(case: &Case) -> &Lbm {
-    let Method::Lbm(lbm) = &case.method;
-    lbm
+    match &case.method {
+        Method::Lbm(lbm) => lbm,
+        other => panic!("a case for the method {} is no case for a lattice", other.name()),
+    }
 }
 
 /// The share of gravity that a free surface feels: none along periodic axes, where it drives a channel flow.

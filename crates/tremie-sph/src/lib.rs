@@ -23,8 +23,16 @@
 //! Units are SI; in a plane masses and forces are per metre of depth.
 
 mod particles;
+mod plan;
 mod pressure;
+mod setup;
+mod simulation;
+mod space;
 mod surroundings;
+mod view;
 mod viscosity;
 
-pub use particles::{Fluid, Particles, Wall};
+pub use particles::{Fluid, Particles, Stepping};
+pub use plan::Plan;
+pub use simulation::simulation;
+pub use space::{Space, Wall};

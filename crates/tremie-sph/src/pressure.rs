@@ -1,16 +1,20 @@
 //! The pressure that keeps the volume: at the places x* at the end of the step,
 //!
 //! ```text
-//!     lap p' = div(rho u*/dt + grad p) - 0.25 (rho |u*|/h) (n/n0 - 1)+ / dt,    p' = 0 at the free surface,    d p'/dn = rho g . n at walls
+//!     lap p' = div(rho u*/dt + grad p) - (rho |u*|/h) (n/n0 - 1) / dt,    p' = 0 at the free surface,    d p'/dn = rho g . n at walls
 //! ```
 //!
-//! with n the share of the volume around that particles stand for and n0 that of a lattice: particles that have come too near to each other are driven apart (Asai et al. 2012), or a
-//! fluid that has splashed would take less room than before; only where it flows, so that what is at rest stays there.
+//! with n the share of the volume around that particles stand for and n0 that of a lattice (Asai et al. 2012): particles that have come too near to each other are driven apart, or a fluid that has splashed
+//! would take less room than before, and drawn together deep inside where they stand too loosely; only where it flows, so that what is at rest stays there.
 //!
 //! All of it is found anew, not only its change: what the Laplacian sees of a pressure and the divergence of its gradient does not would add up from step to step.
 //!
 //! The Laplacian of Wu (2016, Eq. 20) is wrong for linear fields where part of the kernel is empty, which is two rows of particles below a surface, and wrong everywhere on disordered particles; so
 //! the weights of its pairs are corrected as those of Lagrangian differencing dynamics are (`tremie_cloud::Gradients::laplacian`), and a hydrostatic pressure is exact on any cloud.
+//!
+//! Such operators are not each other's adjoints as those of the paper are, which alone keeps energy from growing; where neighbours are on one side only a pressure would even drive apart what
+//! it should hold together. So whoever has neighbours on one side is at the surface, and they are taken from a shorter distance than elsewhere, from which those right below the surface
+//! see neighbours on all sides.
 
 use rayon::prelude::*;
 use tremie_cloud::{Failure, Gradients, Matrix, Method, Multigrid, Settings, solve};
@@ -21,8 +25,8 @@ use crate::surroundings::{Source, Surroundings};
 
 const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-9, iterations: 500 };
 
-/// Share of what particles stand too near to each other that is taken back while one goes a smoothing length.
-const RELAXES: f64 = 0.25;
+/// Share of what particles stand too near to each other or too far apart that is taken back while one goes a smoothing length.
+const RELAXES: f64 = 1.0;
 
 /// Finds `values` whose Laplacian is `source`, zero at the surface; those of images are those of their particles and `beyond`. Gives the iterations that it took.
 fn poisson(
@@ -32,7 +36,6 @@ fn poisson(
     source: impl Fn(usize) -> f64 + Sync,
     beyond: impl Fn(&Source) -> f64 + Sync,
     values: &mut [f64],
-    spacing: f64,
 ) -> Result<usize, Failure> {
     // Without a surface they are known but for a constant.
     let pinned = !surface.contains(&true);
@@ -40,7 +43,7 @@ fn poisson(
         let weights = if surface[a] || (pinned && a == 0) { None } else { gradients.laplacian(a) };
         let Some(weights) = weights else { return (1.0, Vec::new(), 0.0) };
         let (mut own, mut others, mut right) = (0.0, Vec::<(u32, f64)>::new(), -source(a));
-        for ((_, _, source), c) in around.around(a).zip(weights) {
+        for ((_, _, source), c) in around.close(a).zip(weights) {
             right += c * beyond(source);
             if source.of != a {
                 own += c;
@@ -56,10 +59,10 @@ fn poisson(
         });
         (own, others, right)
     };
-    let rows: Vec<_> = (0..around.number).into_par_iter().with_min_len(64).map(row).collect();
+    let rows = around.each(row);
     let right: Vec<f64> = rows.iter().map(|(_, _, right)| *right).collect();
     let matrix = Matrix::from_rows(rows.into_iter().map(|(own, others, _)| (own, others)));
-    let multigrid = Multigrid::new(&matrix, &around.positions[..around.number], spacing);
+    let multigrid = Multigrid::new(&matrix, &around.positions[..around.number], around.spacing);
     Ok(solve(&matrix, Some(&multigrid), &right, values, &SETTINGS)?.iterations)
 }
 
@@ -69,19 +72,19 @@ fn weight(fluid: &Fluid, source: &Source) -> f64 {
 }
 
 /// The pressures in Pa under which fluid that is about to fall is held by walls.
-pub(crate) fn at_rest(around: &Surroundings, fluid: &Fluid, spacing: f64) -> Result<Vec<f64>, Failure> {
+pub(crate) fn at_rest(around: &Surroundings, fluid: &Fluid) -> Result<Vec<f64>, Failure> {
     let mut pressures = vec![0.0; around.number];
-    let gradients = around.gradients();
+    let gradients = around.close_gradients();
     let beyond = |source: &Source| weight(fluid, source);
-    poisson(around, &gradients, &around.surface(), |_| 0.0, beyond, &mut pressures, spacing)?;
+    poisson(around, &gradients, &around.surface(), |_| 0.0, beyond, &mut pressures)?;
     Ok(pressures)
 }
 
 /// Gradients of pressures, in Pa/m.
 pub(crate) fn gradients(around: &Surroundings, fluid: &Fluid, pressures: &[f64]) -> Vec<DVec3> {
-    let gradients = around.gradients();
+    let gradients = around.close_gradients();
     let all = around.mirrored(|source| pressures[source.of] + weight(fluid, source));
-    (0..around.number).into_par_iter().with_min_len(64).map(|a| gradients.gradient(a, &all)).collect()
+    around.each(|a| gradients.gradient(a, &all))
 }
 
 /// Takes off velocities in m/s, which `pushed` in Pa/m, the gradients of the `pressures` in Pa before, have changed in a step of `step` in s, what is not free of
@@ -93,15 +96,18 @@ pub(crate) fn project(
     pressures: &mut [f64],
     velocities: &mut [DVec3],
     step: f64,
-    spacing: f64,
 ) -> Result<usize, Failure> {
-    let (gradients, surface) = (around.gradients(), around.surface());
-    let all = around.mirrored(|source| source.turn * velocities[source.of] + source.carried);
+    let (gradients, surface) = (around.close_gradients(), around.surface());
+    let all = around.velocities(velocities);
     let weight_of = fluid.density * fluid.gravity;
     let pushes = around.mirrored(|source| weight_of + source.mirror * (pushed[source.of] - weight_of));
     // Share of the volume that kernels tell of, over that of a lattice.
-    let (whole, length) = (around.lattice(), 0.5 * around.kernel.support());
-    let crowding = |a: usize| (around.crowd(a) / whole - 1.0).max(0.0);
+    let (kernel, length) = (around.close_kernel(), 0.5 * around.kernel.support());
+    let whole = around.on_lattice(|r| kernel.weight(r));
+    let crowding = |a: usize| {
+        let deep = !surface[a] && around.close(a).all(|(_, _, source)| !surface[source.of]);
+        (around.crowd(a) / whole - 1.0).max(if deep { f64::MIN } else { 0.0 })
+    };
     let source = |a: usize| {
         let l = fluid.density / step * gradients.velocity_gradient(a, &all)
             + gradients.velocity_gradient(a, &pushes);
@@ -109,7 +115,7 @@ pub(crate) fn project(
         l.x_axis.x + l.y_axis.y + l.z_axis.z - back
     };
     let beyond = |source: &Source| weight(fluid, source);
-    let iterations = poisson(around, &gradients, &surface, source, beyond, pressures, spacing)?;
+    let iterations = poisson(around, &gradients, &surface, source, beyond, pressures)?;
     let all = around.mirrored(|source| pressures[source.of] + weight(fluid, source));
     velocities.par_iter_mut().enumerate().with_min_len(64).for_each(|(a, u)| {
         *u -= step / fluid.density * (gradients.gradient(a, &all) - pushed[a]);

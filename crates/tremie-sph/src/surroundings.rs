@@ -1,26 +1,20 @@
-//! What surrounds particles at a moment: their images in walls, and who is near whom.
+//! What surrounds particles at a moment: their images in walls, their copies beyond periodic sides, and who sees whom.
 
-use tremie_cloud::{Dimension, Gradients, Kernel, Neighbours, Smoothing, at_surface, images};
-use tremie_geometry::Body;
+use rayon::prelude::*;
+use tremie_cloud::{
+    Dimension, Gradients, Image, Kernel, Neighbours, Smoothing, Standing, at_surface, copies, images,
+};
 use tremie_numerics::{DMat3, DVec3};
 
-use crate::Wall;
+use crate::space::Space;
 
-/// Smoothing length in spacings: wide in a plane; in space, where there are five times as many neighbours, less so.
-fn smoothing_length(dimension: Dimension) -> f64 {
+/// How far in spacings pressures are told from: those right below the surface then see hardly less than those inside.
+fn reach(dimension: Dimension) -> f64 {
     match dimension {
-        Dimension::Two => 2.0,
-        Dimension::Three => 1.3,
+        Dimension::Two => 3.0,
+        Dimension::Three => 2.6,
     }
 }
-
-/// The kernel of particles so far apart, in m.
-pub(crate) fn kernel(dimension: Dimension, spacing: f64) -> Smoothing {
-    Smoothing::new(Kernel::Wendland, dimension, smoothing_length(dimension) * spacing)
-}
-
-/// The share of a smoothing length that is added to distances where they divide.
-const SOFT: f64 = 0.01;
 
 /// The mirror across a plane with this normal.
 fn flipped(n: DVec3) -> DMat3 {
@@ -37,53 +31,79 @@ pub(crate) struct Source {
     pub(crate) carried: DVec3,
     /// What mirrors make of vectors.
     pub(crate) mirror: DMat3,
-    /// How far it is from the particle, in m.
+    /// How far mirrors have moved it from the particle, in m.
     pub(crate) off: DVec3,
+    /// The wall that it is an image in.
+    pub(crate) wall: Option<usize>,
 }
 
 /// Particles, their images behind them, and who is near whom.
 pub(crate) struct Surroundings {
     pub(crate) dimension: Dimension,
     pub(crate) kernel: Smoothing,
-    /// (0.01 h)^2 in m2.
-    pub(crate) soft: f64,
-    /// What a particle stands for, in m3, or m2 in a plane.
+    /// Distance of particles in m, and what each stands for, in m3, or m2 in a plane.
+    pub(crate) spacing: f64,
     pub(crate) volume: f64,
     pub(crate) number: usize,
     pub(crate) positions: Vec<DVec3>,
     pub(crate) sources: Vec<Source>,
     pub(crate) near: Neighbours,
+    /// Those among them by which pressures are told.
+    pub(crate) close: Neighbours,
 }
 
 impl Surroundings {
-    /// Those of particles at these places.
-    pub(crate) fn new(particles: &[DVec3], spacing: f64, dimension: Dimension, walls: &[Wall]) -> Self {
-        let kernel = kernel(dimension, spacing);
-        let bodies: Vec<Body> = walls.iter().map(|wall| wall.body.clone()).collect();
+    /// Those of particles in space at a time in s, of which walls move on in a step of `step` in s.
+    pub(crate) fn new(particles: &[DVec3], space: &Space, time: f64, step: f64) -> Self {
+        Self::with(space.kernel(), particles, space, time, step)
+    }
+
+    /// The same as seen with another kernel.
+    pub(crate) fn with(kernel: Smoothing, particles: &[DVec3], space: &Space, time: f64, step: f64) -> Self {
+        let (reach, number, one) = (kernel.support(), particles.len(), DMat3::IDENTITY);
         let mut positions = particles.to_vec();
-        let one = DMat3::IDENTITY;
-        let own = |of: usize| Source { of, turn: one, carried: DVec3::ZERO, mirror: one, off: DVec3::ZERO };
-        let mut sources: Vec<Source> = (0..particles.len()).map(own).collect();
-        for image in images(particles, &bodies, kernel.support()) {
-            let (parent, wall) = (sources[image.of as usize], &walls[image.wall as usize]);
-            let seen = |u: DVec3| image.velocity(u, wall.velocity, wall.slip_length);
+        let own = |of: usize| Source {
+            of,
+            turn: one,
+            carried: DVec3::ZERO,
+            mirror: one,
+            off: DVec3::ZERO,
+            wall: None,
+        };
+        let mut sources: Vec<Source> = (0..number).map(own).collect();
+        let standing = space.standing(time);
+        let mirrored = images(particles, &standing, reach);
+        for image in &mirrored {
+            let number = image.wall as usize;
+            let (parent, wall) = (sources[image.of as usize], &space.walls[number]);
+            let velocity = wall.velocity(time, step);
+            let seen = |u: DVec3| image.velocity(u, velocity, wall.slip_length);
             let still = seen(DVec3::ZERO);
             let turn =
                 DMat3::from_cols(seen(DVec3::X) - still, seen(DVec3::Y) - still, seen(DVec3::Z) - still);
             sources.push(Source {
-                of: parent.of,
                 turn: turn * parent.turn,
                 carried: turn * parent.carried + still,
                 mirror: flipped(image.normal) * parent.mirror,
                 off: image.at - particles[parent.of],
+                wall: Some(number),
+                ..parent
             });
             positions.push(image.at);
         }
-        let near = Neighbours::within(&positions, kernel.support());
-        let length = smoothing_length(dimension) * spacing;
-        let volume = spacing.powi(dimension.number() as i32);
-        let soft = (SOFT * length).powi(2);
-        Self { dimension, kernel, soft, volume, number: particles.len(), positions, sources, near }
+        for copy in copies(&positions, space.low, space.high, space.periodic, reach) {
+            sources.push(sources[copy.of as usize]);
+            positions.push(positions[copy.of as usize] + copy.off);
+        }
+        let near = Neighbours::of_first(number, &positions, reach);
+        let near = match space.walls.iter().any(|wall| wall.hides) {
+            true => visible(near, &positions, space, &standing, &mirrored, number),
+            false => near,
+        };
+        let (dimension, spacing, volume) = (space.dimension, space.spacing, space.volume());
+        let near_by = (self::reach(dimension) * spacing).powi(2);
+        let close = near.only(|a, b| positions[a].distance_squared(positions[b]) < near_by);
+        Self { dimension, kernel, spacing, volume, number, positions, sources, near, close }
     }
 
     /// Neighbours of a particle, images among them: number, way to it in m, and its source.
@@ -93,27 +113,44 @@ impl Surroundings {
         near.map(move |n| (n, self.positions[n] - at, &self.sources[n]))
     }
 
-    /// Share of the volume around a particle that particles stand for, by the kernel.
-    pub(crate) fn crowd(&self, particle: usize) -> f64 {
-        let others = self.around(particle).map(|(_, x, _)| self.kernel.weight(x.length())).sum::<f64>();
-        self.volume * (self.kernel.weight(0.0) + others)
+    /// The same among those that pressures are told by.
+    pub(crate) fn close(&self, particle: usize) -> impl Iterator<Item = (usize, DVec3, &Source)> {
+        let at = self.positions[particle];
+        let near = self.close.of(particle).iter().map(|n| *n as usize);
+        near.map(move |n| (n, self.positions[n] - at, &self.sources[n]))
     }
 
-    /// The same on a lattice.
-    pub(crate) fn lattice(&self) -> f64 {
-        let spacing = self.volume.powf(1.0 / self.dimension.number() as f64);
-        let reach = (self.kernel.support() / spacing).ceil() as i32;
+    /// What is told of each particle.
+    pub(crate) fn each<T: Send>(&self, of: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
+        (0..self.number).into_par_iter().with_min_len(64).map(of).collect()
+    }
+
+    /// Share of the volume around a particle that particles stand for, by the kernel.
+    pub(crate) fn crowd(&self, particle: usize) -> f64 {
+        let kernel = self.close_kernel();
+        let others = self.close(particle).map(|(_, x, _)| kernel.weight(x.length())).sum::<f64>();
+        self.volume * (kernel.weight(0.0) + others)
+    }
+
+    /// Integral over a lattice, its point in the middle included, of what depends on the distance in m from there.
+    pub(crate) fn on_lattice(&self, of: impl Fn(f64) -> f64) -> f64 {
+        let reach = (self.kernel.support() / self.spacing).ceil() as i32;
         let along = || (-reach..=reach).map(f64::from);
-        let high = move || if self.dimension == Dimension::Two { 0..=0 } else { -reach..=reach };
+        let deep = move || if self.dimension == Dimension::Two { 0..=0 } else { -reach..=reach };
         let places = along().flat_map(move |x| {
-            along().flat_map(move |y| high().map(move |z| DVec3::new(x, y, f64::from(z))))
+            along().flat_map(move |z| deep().map(move |y| DVec3::new(x, f64::from(y), z)))
         });
-        self.volume * places.map(|at| self.kernel.weight(spacing * at.length())).sum::<f64>()
+        self.volume * places.map(|at| of(self.spacing * at.length())).sum::<f64>()
     }
 
     /// A value of all particles as images have it too.
     pub(crate) fn mirrored<T>(&self, of: impl Fn(&Source) -> T) -> Vec<T> {
         self.sources.iter().map(of).collect()
+    }
+
+    /// Velocities in m/s of all, images among them.
+    pub(crate) fn velocities(&self, of: &[DVec3]) -> Vec<DVec3> {
+        self.mirrored(|source| source.turn * of[source.of] + source.carried)
     }
 
     /// What gradients are formed with: exact for linear fields.
@@ -122,10 +159,46 @@ impl Surroundings {
         Gradients::new(&self.positions, &self.near, self.dimension, weight)
     }
 
+    /// The kernel of close neighbours.
+    pub(crate) fn close_kernel(&self) -> Smoothing {
+        Smoothing::new(Kernel::Wendland, self.dimension, 0.5 * reach(self.dimension) * self.spacing)
+    }
+
+    /// The same by the close neighbours.
+    pub(crate) fn close_gradients(&self) -> Gradients<'_> {
+        let kernel = self.close_kernel();
+        let weight = |_, _, distance: f64| -self.volume * kernel.slope(distance) / distance;
+        Gradients::new(&self.positions, &self.close, self.dimension, weight)
+    }
+
     /// Which particles are at the free surface.
     pub(crate) fn surface(&self) -> Vec<bool> {
-        let mut found = at_surface(&self.positions, &self.near, &self.kernel, self.volume, self.dimension);
-        found.truncate(self.number);
-        found
+        at_surface(&self.close_gradients(), reach(self.dimension) * self.spacing)
     }
+}
+
+/// The neighbours that walls do not hide: particles on the other side of a wall, and images that are not behind their wall.
+fn visible(
+    near: Neighbours,
+    positions: &[DVec3],
+    space: &Space,
+    standing: &[Standing],
+    images: &[Image],
+    number: usize,
+) -> Neighbours {
+    let hiding = || space.walls.iter().zip(standing).filter(|(wall, _)| wall.hides).map(|(_, at)| at);
+    let clear = |n: usize| hiding().map(|wall| wall.signed_distance(positions[n])).fold(f64::MAX, f64::min);
+    let clear: Vec<f64> = (0..number).into_par_iter().with_min_len(64).map(clear).collect();
+    near.only(|a, b| match images.get(b.wrapping_sub(number)) {
+        // Nothing can stand between places that are as far from all walls together as from each other.
+        None => {
+            let far = |n: usize| clear.get(n).copied().unwrap_or(f64::MAX);
+            let between = |wall: &Standing| wall.blocks(positions[a], positions[b]);
+            far(a) + far(b) > positions[a].distance(positions[b]) || !hiding().any(between)
+        }
+        Some(image) => {
+            let wall = image.wall as usize;
+            !space.walls[wall].hides || image.is_seen_from(positions[a], &standing[wall])
+        }
+    })
 }

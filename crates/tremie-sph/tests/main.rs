@@ -3,14 +3,14 @@
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use tremie_cloud::{Dimension, nodes};
-use tremie_geometry::{Body, Shape};
+use tremie_geometry::{Body, Motion, Shape};
 use tremie_numerics::DVec3;
 use tremie_rheology::FlowCurve;
-use tremie_sph::{Fluid, Particles, Wall};
+use tremie_sph::{Fluid, Particles, Space, Stepping, Wall};
 
 fn wall(point: DVec3, normal: DVec3) -> Wall {
     let body = Body::Shape(Shape::HalfSpace { point, normal });
-    Wall { body, velocity: DVec3::ZERO, slip_length: 0.0 }
+    Wall { body, motion: Motion::REST, sliding: DVec3::ZERO, slip_length: 0.0, hides: false }
 }
 
 fn water(viscosity: f64) -> Fluid {
@@ -18,7 +18,8 @@ fn water(viscosity: f64) -> Fluid {
         density: 1000.0,
         curve: FlowCurve::Newtonian { viscosity },
         largest_viscosity: f64::INFINITY,
-        gravity: -9.81 * DVec3::Y,
+        gravity: -9.81 * DVec3::Z,
+        as_printed: false,
     }
 }
 
@@ -30,21 +31,23 @@ fn tank(
     jitter: f64,
     fluid: Fluid,
 ) -> Particles {
-    let size = DVec3::new(width, height, 0.2);
+    let size = DVec3::new(width, 0.2, height);
     let full = Body::Shape(Shape::Box { min: DVec3::ZERO, max: size });
     let mut walls =
-        vec![wall(DVec3::ZERO, DVec3::X), wall(DVec3::splat(0.2), DVec3::NEG_X), wall(DVec3::ZERO, DVec3::Y)];
+        vec![wall(DVec3::ZERO, DVec3::X), wall(DVec3::splat(0.2), DVec3::NEG_X), wall(DVec3::ZERO, DVec3::Z)];
     if dimension == Dimension::Three {
-        walls.extend([wall(DVec3::ZERO, DVec3::Z), wall(DVec3::splat(0.2), DVec3::NEG_Z)]);
+        walls.extend([wall(DVec3::ZERO, DVec3::Y), wall(DVec3::splat(0.2), DVec3::NEG_Y)]);
     }
     let mut random = Pcg64Mcg::seed_from_u64(5);
-    let mut positions = nodes(&full, spacing, dimension);
-    for at in positions.iter_mut().filter(|at| at.y < size.y - spacing) {
+    let mut positions = nodes(&full, spacing, dimension, 0.1);
+    for at in positions.iter_mut().filter(|at| at.z < size.z - spacing) {
         let mut off = || jitter * spacing * random.random_range(-1.0..1.0);
         let off = DVec3::new(off(), off(), off());
-        *at += if dimension == Dimension::Two { off.with_z(0.0) } else { off };
+        *at += if dimension == Dimension::Two { off.with_y(0.0) } else { off };
     }
-    Particles::new(positions, spacing, dimension, fluid, walls)
+    let space = Space { walls, ..Space::free(dimension, spacing) };
+    let stepping = Stepping { courant: 0.2, longest: 0.01, explicit: false };
+    Particles::new(positions, space, fluid, stepping)
 }
 
 /// On any cloud: a hydrostatic pressure is linear.
@@ -55,9 +58,9 @@ fn fluid_in_a_tank_stays_at_rest_under_its_weight() {
         for _ in 0..steps {
             particles.advance().unwrap();
         }
-        let top = particles.positions.iter().map(|at| at.y).fold(0.0, f64::max);
+        let top = particles.positions.iter().map(|at| at.z).fold(0.0, f64::max);
         let off = particles.positions.iter().zip(&particles.pressures);
-        let off = off.map(|(at, p)| (p - 9810.0 * (top - at.y)).abs()).fold(0.0, f64::max) / 1962.0;
+        let off = off.map(|(at, p)| (p - 9810.0 * (top - at.z)).abs()).fold(0.0, f64::max) / 1962.0;
         let fastest = particles.velocities.iter().map(|u| u.length()).fold(0.0, f64::max);
         assert!(off < 1e-7, "{dimension:?}: {off:e}");
         assert!(fastest < 1e-6, "{dimension:?}: {fastest:e}");
@@ -71,11 +74,11 @@ fn a_column_falls_over() {
     while particles.time() < 2.0 {
         particles.advance().unwrap();
     }
-    let inside = |at: &DVec3| at.x > 0.0 && at.x < 0.2 && at.y > 0.0 && at.z == 0.0;
+    let inside = |at: &DVec3| at.x > 0.0 && at.x < 0.2 && at.z > 0.0 && at.y == 0.1;
     assert!(particles.positions.iter().all(inside));
     // Of a tank that is filled to 0.1 m.
     let middle = particles.positions.iter().sum::<DVec3>() / particles.positions.len() as f64;
-    assert!((middle - DVec3::new(0.1, 0.05, 0.0)).length() < 0.003, "{middle}");
+    assert!((middle - DVec3::new(0.1, 0.1, 0.05)).length() < 0.003, "{middle}");
     let fastest = particles.velocities.iter().map(|u| u.length()).fold(0.0, f64::max);
     assert!(fastest < 0.01, "{fastest}");
 }

@@ -8,7 +8,6 @@ use indicatif::{HumanBytes, HumanCount};
 use serde_json::{Value, json};
 use tremie_case::{Cage, Case, InclusionGroup, Incoming, Layer, MeshFile, Role, Solid};
 use tremie_geometry::{Body, Shape};
-use tremie_lbm::Plan;
 use tremie_numerics::DVec3;
 
 use crate::numbers::{Numbers, duration, significant};
@@ -43,13 +42,15 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     if arguments.json {
         let mut json = numbers.json();
         json["threads"] = json!(rayon::current_num_threads());
-        json["estimated_time_s"] = json!(pace.step * numbers.plan.steps);
+        json["estimated_time_s"] = json!(pace.step * numbers.plan.steps());
         json["updates_per_second"] = json!(pace.updates);
         json["warnings"] = json!(warnings);
-        if case.has_bodies() {
+        if let Some(plan) = numbers.plan.lattice()
+            && case.has_bodies()
+        {
             json["bodies"] = json!(case.inclusions.len());
-            json["bodies_in"] = json!(numbers.plan.incoming.iter().sum::<u64>());
-            json["bodies_memory_bytes"] = json!(numbers.plan.memory_of_bodies.round());
+            json["bodies_in"] = json!(plan.incoming.iter().sum::<u64>());
+            json["bodies_memory_bytes"] = json!(plan.memory_of_bodies.round());
             json["bodies_time_share"] = json!(pace.burden);
         }
         json["meshes"] = case.meshes.iter().map(described).collect();
@@ -59,10 +60,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         rows.extend(case.meshes.iter().map(|mesh| ("mesh", extent(mesh))));
         rows.extend(case.solids.iter().filter_map(bars).map(|bars| ("bars", bars)));
         rows.extend(case.cages.iter().map(|cage| ("cage", zone(cage))));
-        rows.extend(swimmers(&case, &numbers.plan).into_iter().map(|bodies| ("bodies", bodies)));
-        rows.extend(arrivals(&case, &numbers.plan).into_iter().map(|bodies| ("bodies", bodies)));
-        if case.has_bodies() {
-            let memory = HumanBytes(numbers.plan.memory_of_bodies as u64);
+        if let Some(plan) = numbers.plan.lattice()
+            && case.has_bodies()
+        {
+            rows.extend(swimmers(&case, plan).into_iter().map(|bodies| ("bodies", bodies)));
+            rows.extend(arrivals(&case, plan).into_iter().map(|bodies| ("bodies", bodies)));
+            let memory = HumanBytes(plan.memory_of_bodies as u64);
             let time = significant(100.0 * pace.burden);
             rows.push(("they add", format!("about {memory} of the memory, {time} % to the time of a step")));
         }
@@ -72,9 +75,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         rows.push((
             "estimated time",
             format!(
-                "{about}{}{earlier} ({} M cell updates/s on {threads} threads)",
-                duration(pace.step * numbers.plan.steps),
-                significant(1e-6 * pace.updates)
+                "{about}{}{earlier} ({} M {} updates/s on {threads} threads)",
+                duration(pace.step * numbers.plan.steps()),
+                significant(1e-6 * pace.updates),
+                numbers.plan.element()
             ),
         ));
         terminal::say(&format!("{}\n{}", case.title, terminal::columns(&rows)));
@@ -112,7 +116,7 @@ fn zone(cage: &Cage) -> String {
 }
 
 /// How many bodies of each name there are, and which share of the fluid at the start they take.
-fn swimmers(case: &Case, plan: &Plan) -> Vec<String> {
+fn swimmers(case: &Case, plan: &tremie_lbm::Plan) -> Vec<String> {
     let bodies = &case.inclusions;
     let fluid = plan.wet_cells * plan.scaling.cell_size.powi(3);
     let of = |group: &InclusionGroup| {
@@ -125,7 +129,7 @@ fn swimmers(case: &Case, plan: &Plan) -> Vec<String> {
 }
 
 /// How many bodies of each name are expected by each inlet, and which share of what comes in they take.
-fn arrivals(case: &Case, plan: &Plan) -> Vec<String> {
+fn arrivals(case: &Case, plan: &tremie_lbm::Plan) -> Vec<String> {
     let expected = case.incoming().zip(&plan.incoming);
     let of = |((inlet, of), number): ((usize, &Incoming), &u64)| {
         let (number, share) = (HumanCount(*number), significant(100.0 * of.share));

@@ -11,7 +11,7 @@ pub(crate) fn read(folder: &RunFolder, case: &Case) -> Result<Result<Snapshot, S
         return Ok(Err("the folder has no checkpoint".to_owned()));
     }
     let checkpoint = Checkpoint::read(folder).map_err(|error| WrongInput(chain(&error)))?;
-    let mut simulation = tremie_lbm::simulation(case);
+    let mut simulation = crate::plan::simulation(case);
     Ok(match checkpoint.restore(simulation.as_mut()) {
         Ok(()) => Ok(simulation.snapshot()),
         Err(error) => Err(error.to_string()),

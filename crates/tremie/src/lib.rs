@@ -20,6 +20,7 @@ mod lab;
 mod last_state;
 mod numbers;
 mod pace;
+mod plan;
 mod progress;
 mod quantities;
 mod report;

@@ -3,10 +3,10 @@
 
 use indicatif::{HumanBytes, HumanCount};
 use serde_json::{Value, json};
-use tremie_case::{Case, CaseError, Method, Side};
-use tremie_lbm::Plan;
+use tremie_case::{Case, CaseError, Side};
 
 use crate::gaps::{self, Gap};
+use crate::plan::Plan;
 
 /// Relaxation times outside of which the collision is inaccurate (above) or close to unstable (below).
 const RELAXATION_TIME: [f64; 2] = [0.505, 1.5];
@@ -46,8 +46,8 @@ impl Numbers {
     pub(crate) fn new(case: &Case) -> Self {
         let plan = Plan::new(case);
         Self {
-            cells_across: thinnest(case) / plan.scaling.cell_size,
-            gap: gaps::narrowest(case, plan.scaling.cell_size),
+            cells_across: thinnest(case) / plan.resolution(),
+            gap: gaps::narrowest(case, plan.resolution()),
             turned: case.meshes.iter().filter(|m| m.mesh.turned()).map(|m| m.path.clone()).collect(),
             plan,
             title: case.title.clone(),
@@ -59,57 +59,81 @@ impl Numbers {
     /// For files, in SI units.
     pub(crate) fn json(&self) -> Value {
         let plan = &self.plan;
-        json!({
+        let [height, speed, bingham, reynolds] = plan.flow();
+        let mut json = json!({
             "title": self.title,
-            "cell_size_m": plan.scaling.cell_size,
-            "cells": plan.cells,
-            "wet_cells": plan.wet_cells.round(),
-            "inflow_m3": plan.inflow,
-            "memory_bytes": plan.memory.round(),
-            "time_step_s": plan.scaling.time_step,
-            "steps": plan.steps,
+            "memory_bytes": plan.memory().round(),
+            "time_step_s": plan.time_step(),
+            "steps": plan.steps(),
             "stop_time_s": self.stop_time,
             "stops_at_rest": self.stops_at_rest,
-            "height_m": plan.height,
-            "reference_speed_m_s": plan.reference_speed,
-            "velocity_unit_m_s": plan.scaling.velocity_unit(),
-            "stress_unit_Pa": plan.scaling.stress_unit(),
-            "relaxation_time": plan.relaxation_time,
-            "mach": plan.mach,
-            "hydrostatic_error": plan.hydrostatic_error,
-            "bingham": plan.bingham,
-            "reynolds": plan.reynolds,
-        })
+            "height_m": height,
+            "reference_speed_m_s": speed,
+            "bingham": bingham,
+            "reynolds": reynolds,
+        });
+        let own = match plan {
+            Plan::Lattice(plan) => json!({
+                "cell_size_m": plan.scaling.cell_size,
+                "cells": plan.cells,
+                "wet_cells": plan.wet_cells.round(),
+                "inflow_m3": plan.inflow,
+                "velocity_unit_m_s": plan.scaling.velocity_unit(),
+                "stress_unit_Pa": plan.scaling.stress_unit(),
+                "relaxation_time": plan.relaxation_time,
+                "mach": plan.mach,
+                "hydrostatic_error": plan.hydrostatic_error,
+            }),
+            Plan::Particles(plan) => json!({
+                "spacing_m": plan.spacing,
+                "plane": plan.plane,
+                "particles": plan.particles,
+                "largest_viscosity_Pa_s": plan.largest_viscosity,
+            }),
+        };
+        if let (Some(all), Value::Object(own)) = (json.as_object_mut(), own) {
+            all.extend(own);
+        }
+        json
     }
 
     /// Names and values for people.
     pub(crate) fn rows(&self) -> Vec<(&'static str, String)> {
         let plan = &self.plan;
+        let [_, speed, bingham, reynolds] = plan.flow();
         let rest = if self.stops_at_rest { ", fewer if the fluid comes to rest" } else { "" };
-        let mut rows = vec![
-            ("cells", self.cells()),
-            ("wet cells at the start", HumanCount(plan.wet_cells.round() as u64).to_string()),
-        ];
-        if plan.inflow > 0.0 {
-            let cells = plan.inflow / plan.scaling.cell_size.powi(3);
-            let litres = significant(1e3 * plan.inflow);
-            rows.push(("comes in", format!("{litres} litres, {} cells", HumanCount(cells.round() as u64))));
+        let mut rows = vec![(plan.elements(), plan.resolved())];
+        if let Plan::Lattice(plan) = plan {
+            let wet = HumanCount(plan.wet_cells.round() as u64);
+            rows.push(("wet cells at the start", wet.to_string()));
+            if plan.inflow > 0.0 {
+                let cells = plan.inflow / plan.scaling.cell_size.powi(3);
+                let litres = significant(1e3 * plan.inflow);
+                let cells = HumanCount(cells.round() as u64);
+                rows.push(("comes in", format!("{litres} litres, {cells} cells")));
+            }
         }
         rows.extend([
-            ("memory", format!("about {}", HumanBytes(plan.memory as u64))),
-            ("time step", seconds(plan.scaling.time_step)),
-            ("steps", format!("{} to {}{rest}", HumanCount(plan.steps as u64), seconds(self.stop_time))),
-            ("relaxation time tau", format!("{:.3}  (good: 0.505 to 1.5)", plan.relaxation_time)),
-            ("Mach number", format!("{:.3}  (good: below 0.3)", plan.mach)),
-            (
-                "hydrostatic density error",
-                format!("{:.1} %  (good: below 5 %)", 100.0 * plan.hydrostatic_error),
-            ),
-            ("Bingham number", significant(plan.bingham)),
-            (
-                "Reynolds number",
-                format!("{}  (at {:.2} m/s)", significant(plan.reynolds), plan.reference_speed),
-            ),
+            ("memory", format!("about {}", HumanBytes(plan.memory() as u64))),
+            ("time step", seconds(plan.time_step())),
+            ("steps", format!("{} to {}{rest}", HumanCount(plan.steps() as u64), seconds(self.stop_time))),
+        ]);
+        rows.extend(match plan {
+            Plan::Lattice(plan) => vec![
+                ("relaxation time tau", format!("{:.3}  (good: 0.505 to 1.5)", plan.relaxation_time)),
+                ("Mach number", format!("{:.3}  (good: below 0.3)", plan.mach)),
+                (
+                    "hydrostatic density error",
+                    format!("{:.1} %  (good: below 5 %)", 100.0 * plan.hydrostatic_error),
+                ),
+            ],
+            Plan::Particles(plan) => {
+                vec![("largest viscosity", format!("{} Pa s", significant(plan.largest_viscosity)))]
+            }
+        });
+        rows.extend([
+            ("Bingham number", significant(bingham)),
+            ("Reynolds number", format!("{}  (at {speed:.2} m/s)", significant(reynolds))),
         ]);
         rows
     }
@@ -117,37 +141,47 @@ impl Numbers {
     /// In two lines.
     pub(crate) fn short(&self) -> String {
         let plan = &self.plan;
+        let [.., bingham, reynolds] = plan.flow();
+        let wet = match plan {
+            Plan::Lattice(plan) => format!(", {} wet", HumanCount(plan.wet_cells.round() as u64)),
+            Plan::Particles(_) => String::new(),
+        };
+        let own = match plan {
+            Plan::Lattice(plan) => format!(
+                "tau {:.3}, Mach {:.3}, hydrostatic error {:.1} %",
+                plan.relaxation_time,
+                plan.mach,
+                100.0 * plan.hydrostatic_error
+            ),
+            Plan::Particles(plan) => {
+                format!("largest viscosity {} Pa s", significant(plan.largest_viscosity))
+            }
+        };
         format!(
-            "  {}, {} wet; {} steps of {} to {}\n  tau {:.3}, Mach {:.3}, hydrostatic error {:.1} %, Bingham {}, Reynolds {}",
-            self.cells(),
-            HumanCount(plan.wet_cells.round() as u64),
-            HumanCount(plan.steps as u64),
-            seconds(plan.scaling.time_step),
+            "  {}{wet}; {} steps of {} to {}\n  {own}, Bingham {}, Reynolds {}",
+            plan.resolved(),
+            HumanCount(plan.steps() as u64),
+            seconds(plan.time_step()),
             seconds(self.stop_time),
-            plan.relaxation_time,
-            plan.mach,
-            100.0 * plan.hydrostatic_error,
-            significant(plan.bingham),
-            significant(plan.reynolds),
+            significant(bingham),
+            significant(reynolds),
         )
-    }
-
-    fn cells(&self) -> String {
-        let [nx, ny, nz] = self.plan.cells;
-        let all = HumanCount((nx * ny * nz) as u64);
-        format!("{nx} x {ny} x {nz} = {all} cells of {} mm", significant(1e3 * self.plan.scaling.cell_size))
     }
 
     /// What is out of its good range or beyond this machine, and what to do about it.
     pub(crate) fn warnings(&self) -> Vec<String> {
         let mut warnings = self.doubts();
         if let Some(memory) = Memory::of_this_machine()
-            && self.plan.memory > memory.available
+            && self.plan.memory() > memory.available
         {
             warnings.push(format!(
-                "the run needs about {}, but only {} of memory are free; use larger cells or f32, or close other programs",
-                HumanBytes(self.plan.memory as u64),
-                HumanBytes(memory.available as u64)
+                "the run needs about {}, but only {} of memory are free; use larger {}, or close other programs",
+                HumanBytes(self.plan.memory() as u64),
+                HumanBytes(memory.available as u64),
+                match self.plan {
+                    Plan::Lattice(_) => "cells or f32",
+                    Plan::Particles(_) => "spacings",
+                }
             ));
         }
         warnings
@@ -156,61 +190,35 @@ impl Numbers {
     /// What is out of its good range, whatever the machine.
     pub(crate) fn doubts(&self) -> Vec<String> {
         let plan = &self.plan;
-        let tau = plan.relaxation_time;
-        let mut warnings = Vec::new();
+        let (elements, [_, speed, ..]) = (plan.elements(), plan.flow());
+        let mut warnings = plan.lattice().map(of_lattice).unwrap_or_default();
         let mut warn = |wrong: bool, text: String| {
             if wrong {
                 warnings.push(text);
             }
         };
-        warn(
-            tau > RELAXATION_TIME[1],
-            format!(
-                "the relaxation time {tau:.3} is above 1.5: walls and surface are inaccurate; set a smaller `time_step` or `lattice_viscosity` under [lbm]"
-            ),
-        );
-        warn(
-            tau < RELAXATION_TIME[0],
-            format!(
-                "the relaxation time {tau:.4} is below 0.505: the flow may become unstable; use smaller cells, or a larger `lattice_speed` or `hydrostatic_error` under [lbm]"
-            ),
-        );
-        warn(
-            plan.mach > MACH,
-            format!(
-                "the Mach number {:.3} is above 0.3: the fluid is compressed by its motion; set a smaller `time_step` or `lattice_speed` under [lbm]",
-                plan.mach
-            ),
-        );
-        warn(
-            plan.hydrostatic_error > HYDROSTATIC_ERROR,
-            format!(
-                "the fluid's own weight changes its density by {:.1} %, more than 5 %; set a smaller `time_step` or `hydrostatic_error` under [lbm]",
-                100.0 * plan.hydrostatic_error
-            ),
-        );
-        warn(
-            plan.reference_speed == 0.0,
-            "nothing drives the fluid: gravity and all velocities are zero".to_owned(),
-        );
+        warn(speed == 0.0, "nothing drives the fluid: gravity and all velocities are zero".to_owned());
         warn(
             self.cells_across < CELLS_ACROSS,
             format!(
-                "the fluid is only {:.1} cells across at its thinnest, less than 5; use smaller cells",
-                self.cells_across
+                "the fluid is only {:.1} {elements} across at its thinnest, less than 5; use smaller {}",
+                self.cells_across,
+                plan.sizes()
             ),
         );
         for file in &self.turned {
             warn(true, format!("{file} is inside out: all its facets are taken as turned the other way"));
         }
         if let Some(gap) = &self.gap {
-            let cells = gap.width / plan.scaling.cell_size;
+            let cells = gap.width / plan.resolution();
             warn(
                 cells < CELLS_IN_GAP * (1.0 - 1e-9),
                 format!(
-                    "between {} there are only {} cells at the start, less than 4; use smaller cells, or let them touch, or write bars as a [[cage]]",
+                    "between {} there are only {} {elements} at the start, less than 4; use smaller {}, or let them touch{}",
                     gap.between,
-                    significant(cells)
+                    significant(cells),
+                    plan.sizes(),
+                    if plan.lattice().is_some() { ", or write bars as a [[cage]]" } else { "" }
                 ),
             );
         }
@@ -221,64 +229,110 @@ impl Numbers {
     pub(crate) fn refusal(&self, case: &Case) -> Option<CaseError> {
         let plan = &self.plan;
         if self.cells_across < LEAST_CELLS_ACROSS {
-            let thickness = significant(1e3 * self.cells_across * plan.scaling.cell_size);
+            let thickness = significant(1e3 * self.cells_across * plan.resolution());
             return Some(case.refuse(
-                &["lbm.cell_size"],
-                format!("at its thinnest ({thickness} mm) the fluid is thinner than a cell"),
+                &[case.method.resolution_key()],
+                format!("at its thinnest ({thickness} mm) the fluid is thinner than a {}", plan.element()),
                 "write a fifth of that at most",
             ));
         }
-        // Only a time step that the case itself gives can be too long.
-        let given = &["lbm.time_step"];
-        if plan.hydrostatic_error > BROKEN {
-            let sound = plan.scaling.time_step * (0.02 / plan.hydrostatic_error).sqrt();
-            return Some(case.refuse(
-                given,
-                format!(
-                    "the time step is too long: the fluid's own weight would change its density by {} %",
-                    significant(100.0 * plan.hydrostatic_error)
-                ),
-                format!("write \"{} ms\" at most, or leave it out", significant(1e3 * sound)),
-            ));
+        if let Some(refusal) = plan.lattice().and_then(|plan| too_long(plan, case)) {
+            return Some(refusal);
         }
-        let (cells, speed) = (plan.scaling.velocity(fastest(case)), fastest(case));
-        if cells * 3f64.sqrt() > 1.0 {
-            let sound = plan.scaling.time_step * 0.1 / cells;
-            return Some(case.refuse(
-                given,
-                format!(
-                    "the time step is too long: what moves at {} m/s would go {} cells a step, faster than sound",
-                    significant(speed),
-                    significant(cells)
-                ),
-                format!("write \"{} ms\" at most, or leave it out", significant(1e3 * sound)),
-            ));
-        }
-        let least = plan.steps * (plan.wet_cells / FASTEST[0]).max(1.0 / FASTEST[1]);
+        let least = plan.steps() * (plan.wet() / FASTEST[0]).max(1.0 / FASTEST[1]);
         // What is not a number will never end either.
         if least.is_nan() || least > YEAR {
             return Some(case.refuse(
-                &["lbm.time_step", "stop.time"],
+                &[if plan.lattice().is_some() { "lbm.time_step" } else { "isph.stress" }, "stop.time"],
                 format!(
                     "{:.1e} steps of {:.1e} s to the end of the run would take years",
-                    plan.steps, plan.scaling.time_step
+                    plan.steps(),
+                    plan.time_step()
                 ),
-                "use longer steps or larger cells, or stop earlier",
+                format!("use longer steps or larger {}, or stop earlier", plan.sizes()),
             ));
         }
         let memory = Memory::of_this_machine()?;
-        (plan.memory > memory.total).then(|| {
+        (plan.memory() > memory.total).then(|| {
             case.refuse(
-                &["lbm.cell_size"],
+                &[case.method.resolution_key()],
                 format!(
                     "the run needs about {} of memory, this machine has {}",
-                    HumanBytes(plan.memory as u64),
+                    HumanBytes(plan.memory() as u64),
                     HumanBytes(memory.total as u64)
                 ),
-                "use larger cells",
+                format!("use larger {}", plan.sizes()),
             )
         })
     }
+}
+
+/// What is out of its good range on a lattice.
+fn of_lattice(plan: &tremie_lbm::Plan) -> Vec<String> {
+    let tau = plan.relaxation_time;
+    let mut warnings = Vec::new();
+    let mut warn = |wrong: bool, text: String| {
+        if wrong {
+            warnings.push(text);
+        }
+    };
+    warn(
+        tau > RELAXATION_TIME[1],
+        format!(
+            "the relaxation time {tau:.3} is above 1.5: walls and surface are inaccurate; set a smaller `time_step` or `lattice_viscosity` under [lbm]"
+        ),
+    );
+    warn(
+        tau < RELAXATION_TIME[0],
+        format!(
+            "the relaxation time {tau:.4} is below 0.505: the flow may become unstable; use smaller cells, or a larger `lattice_speed` or `hydrostatic_error` under [lbm]"
+        ),
+    );
+    warn(
+        plan.mach > MACH,
+        format!(
+            "the Mach number {:.3} is above 0.3: the fluid is compressed by its motion; set a smaller `time_step` or `lattice_speed` under [lbm]",
+            plan.mach
+        ),
+    );
+    warn(
+        plan.hydrostatic_error > HYDROSTATIC_ERROR,
+        format!(
+            "the fluid's own weight changes its density by {:.1} %, more than 5 %; set a smaller `time_step` or `hydrostatic_error` under [lbm]",
+            100.0 * plan.hydrostatic_error
+        ),
+    );
+    warnings
+}
+
+/// Why a time step that the case itself gives is too long for a lattice.
+fn too_long(plan: &tremie_lbm::Plan, case: &Case) -> Option<CaseError> {
+    let given = &["lbm.time_step"];
+    if plan.hydrostatic_error > BROKEN {
+        let sound = plan.scaling.time_step * (0.02 / plan.hydrostatic_error).sqrt();
+        return Some(case.refuse(
+            given,
+            format!(
+                "the time step is too long: the fluid's own weight would change its density by {} %",
+                significant(100.0 * plan.hydrostatic_error)
+            ),
+            format!("write \"{} ms\" at most, or leave it out", significant(1e3 * sound)),
+        ));
+    }
+    let (cells, speed) = (plan.scaling.velocity(fastest(case)), fastest(case));
+    if cells * 3f64.sqrt() > 1.0 {
+        let sound = plan.scaling.time_step * 0.1 / cells;
+        return Some(case.refuse(
+            given,
+            format!(
+                "the time step is too long: what moves at {} m/s would go {} cells a step, faster than sound",
+                significant(speed),
+                significant(cells)
+            ),
+            format!("write \"{} ms\" at most, or leave it out", significant(1e3 * sound)),
+        ));
+    }
+    None
 }
 
 /// Largest speed in m/s that the case itself gives to a wall, to fluid at the start, or to what comes in.
@@ -307,13 +361,6 @@ fn thinnest(case: &Case) -> f64 {
     let confined =
         (0..3).filter(|axis| case.domain.sides[2 * axis] != Side::Periodic && !case.fluid.is_empty());
     confined.map(extent).chain(inlets).fold(f64::INFINITY, f64::min)
-}
-
-/// Name of the method, as in the case file.
-pub(crate) fn method(case: &Case) -> &'static str {
-    match case.method {
-        Method::Lbm(_) => "lbm",
-    }
 }
 
 /// Memory in bytes.

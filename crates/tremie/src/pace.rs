@@ -5,12 +5,13 @@
 
 use std::time::{Duration, Instant};
 
-use tremie_case::{Case, Domain, FluidRegion, Incoming, Method, Side};
+use tremie_case::{Case, Domain, FluidRegion, Incoming, Side};
 use tremie_geometry::Shape;
-use tremie_lbm::Plan;
 use tremie_numerics::DVec3;
 use tremie_simulation::Simulation;
 use tremie_suspension::{Amount, AtWalls, Inclusions, Kind, Order, Periods, Region, place};
+
+use crate::plan::{self, Plan};
 
 /// Wall-clock time for which a simulation is run to see how fast it is.
 const TRIAL: Duration = Duration::from_millis(500);
@@ -70,6 +71,10 @@ impl Pace {
     /// # Errors
     /// If the simulation breaks down in its first steps.
     pub(crate) fn of(case: &Case, plan: &Plan) -> anyhow::Result<Self> {
+        let Plan::Lattice(plan) = plan else {
+            let Trial { step, cells } = Trial::of(plan::simulation(case))?;
+            return Ok(Self { step, updates: cells / step, burden: 0.0 });
+        };
         let [start, start_alone] = Trial::both(case)?;
         let (mut step, mut alone, mut cells) = (start.step, start_alone.step, start.cells);
         if !case.inlets.is_empty() {
@@ -93,8 +98,7 @@ fn mean_inflow(case: &Case) -> f64 {
 
 /// A closed box full of what comes in, of which there is so much in m3. Bodies for which the box is too narrow are left out.
 fn standing_in(case: &Case, inflow: f64) -> Case {
-    let Method::Lbm(lbm) = &case.method;
-    let (min, edge) = (case.domain.min, EDGE * lbm.cell_size);
+    let (min, edge) = (case.domain.min, EDGE * case.method.resolution());
     let max = min + DVec3::splat(edge);
     let mut bodies = Inclusions::default();
     let region = Region { low: min, high: max, distance: &|at| (min - at).max(at - max).max_element() };

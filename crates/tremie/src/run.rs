@@ -11,8 +11,8 @@ use tremie_simulation::gauges::BodyCount;
 use tremie_simulation::{Checkpoint, EndReason, FillingFigures, RunError, RunFolder, RunRecord, Summary};
 
 use crate::failure::{WrongInput, chain};
-use crate::numbers::{Numbers, duration, method, significant};
-use crate::{interrupt, lab, progress, report, terminal};
+use crate::numbers::{Numbers, duration, significant};
+use crate::{interrupt, lab, plan, progress, report, terminal};
 
 /// Folder in which runs get folders of their own if nothing else is said.
 const RUNS: &str = "runs";
@@ -118,7 +118,7 @@ impl Job {
         let out = place.out.unwrap_or_else(|| Path::new(RUNS).join(name));
         let folder = RunFolder::create(&out, place.force)?;
         let program = format!("tremie {}", env!("CARGO_PKG_VERSION"));
-        let mut record = RunRecord::new(program, method(&case), None, numbers.json());
+        let mut record = RunRecord::new(program, case.method.name(), None, numbers.json());
         record.experiment = experiment.map(str::to_owned);
         folder.begin(&case.text, &case.files, &record)?;
         Ok(Self { case, folder, experiment: record.experiment, checkpoint: None })
@@ -155,7 +155,7 @@ impl Job {
             terminal::warn(&warning);
         }
         let interrupt = interrupt::watch()?;
-        let mut simulation = tremie_lbm::simulation(&case);
+        let mut simulation = plan::simulation(&case);
         let mut observer = progress::observer(manner.quiet, case.stop.rest.is_some());
         let outcome = tremie_simulation::run(
             simulation.as_mut(),
@@ -280,10 +280,10 @@ fn ending(summary: &Summary, folder: &RunFolder) -> Vec<(&'static str, String)> 
         (
             "cost",
             format!(
-                "{}, {} steps, {:.1} M cell updates/s",
+                "{}, {} steps, {} M updates/s",
                 duration(summary.wall),
                 HumanCount(summary.steps),
-                1e-6 * summary.updates_per_second
+                significant(1e-6 * summary.updates_per_second)
             ),
         ),
         ("results", folder.path().display().to_string()),

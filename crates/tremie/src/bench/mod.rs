@@ -184,7 +184,10 @@ fn fibres(number: usize, closer: f64) -> anyhow::Result<Work> {
 
 /// A box that stays full: the median pace of some seconds.
 fn pace(case: &Case) -> anyhow::Result<Work> {
-    let Method::Lbm(lbm) = &case.method;
+    let precision = match &case.method {
+        Method::Lbm(lbm) => lbm.precision,
+        Method::Isph(_) => Precision::F64,
+    };
     let mut simulation = tremie_lbm::simulation(case);
     for _ in 0..WARM_UP {
         simulation.advance()?;
@@ -203,7 +206,7 @@ fn pace(case: &Case) -> anyhow::Result<Work> {
     paces.sort_by(f64::total_cmp);
     let Load { wet, allocated, bytes, .. } = simulation.load();
     Ok(Work {
-        precision: lbm.precision,
+        precision,
         cells: cells(case),
         wet: wet as f64,
         allocated: allocated as f64,
@@ -258,8 +261,9 @@ fn slump(quick: bool) -> anyhow::Result<Work> {
 
 fn full_box_case(precision: Precision) -> anyhow::Result<Case> {
     let mut case = Case::parse("box.toml", include_str!("box.toml"))?;
-    let Method::Lbm(lbm) = &mut case.method;
-    lbm.precision = precision;
+    if let Method::Lbm(lbm) = &mut case.method {
+        lbm.precision = precision;
+    }
     Ok(case)
 }
 
@@ -267,17 +271,16 @@ fn full_box_case(precision: Precision) -> anyhow::Result<Case> {
 fn fibres_case(number: usize, closer: f64) -> anyhow::Result<Case> {
     let text = include_str!("fibres.toml");
     let whole = Case::parse("fibres.toml", text)?;
-    let Method::Lbm(lbm) = &whole.method;
+    let cell = whole.method.resolution();
     let edge = whole.domain.max.x - whole.domain.min.x;
-    let cells = edge / lbm.cell_size * (number as f64 / closer / whole.inclusions.len() as f64).cbrt();
-    let shorter = (cells / 2.0).round() * 2.0 * lbm.cell_size / edge;
+    let cells = edge / cell * (number as f64 / closer / whole.inclusions.len() as f64).cbrt();
+    let shorter = (cells / 2.0).round() * 2.0 * cell / edge;
     let text = text
         .replace("1.28 m", &format!("{} m", 1.28 * shorter))
         .replace("1 m/s", &format!("{shorter} m/s"))
         .replace("number = 50000", &format!("number = {number}"));
     let mut case = Case::parse("fibres.toml", &text)?;
-    let Method::Lbm(lbm) = &case.method;
-    let (low, high, cell) = (case.domain.min, case.domain.max, lbm.cell_size);
+    let (low, high) = (case.domain.min, case.domain.max);
     let layers = case.domain.cells(cell)[2];
     let (Side::Wall { velocity: slow, .. }, Side::Wall { velocity: fast, .. }) =
         (case.domain.sides[4], case.domain.sides[5])
@@ -305,8 +308,7 @@ fn slump_case(quick: bool) -> anyhow::Result<Case> {
 }
 
 fn cells(case: &Case) -> usize {
-    let Method::Lbm(lbm) = &case.method;
-    case.domain.cells(lbm.cell_size).iter().product()
+    case.domain.cells(case.method.resolution()).iter().product()
 }
 
 const HEADER: [&str; 10] = [

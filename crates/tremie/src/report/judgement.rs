@@ -22,11 +22,15 @@ pub(super) struct Resolution {
 }
 
 pub(super) fn resolution(evidence: &Evidence) -> Resolution {
-    let cell = evidence.numbers.plan.scaling.cell_size;
+    let plan = &evidence.numbers.plan;
+    let (cell, elements) = (plan.resolution(), plan.elements());
     let readings = &evidence.summary.readings;
     let cells =
-        |length: f64| format!("{} cells ({} mm)", significant(length / cell), significant(1e3 * length));
-    let mut rows = vec![("cell size", format!("{} mm", significant(1e3 * cell)))];
+        |length: f64| format!("{} {elements} ({} mm)", significant(length / cell), significant(1e3 * length));
+    let mut rows = vec![(
+        if plan.lattice().is_some() { "cell size" } else { "spacing" },
+        format!("{} mm", significant(1e3 * cell)),
+    )];
     rows.push(("least extent at the start", cells(evidence.numbers.cells_across * cell)));
     let thinnest = match &readings.spread {
         Some(spread) if spread.mean > 0.0 => {
@@ -42,7 +46,8 @@ pub(super) fn resolution(evidence: &Evidence) -> Resolution {
         }
     };
     let across = (thinnest / cell).min(evidence.numbers.cells_across);
-    let size = |cells: f64| format!("cells of about {} mm", significant(1e3 * across * cell / cells));
+    let size =
+        |cells: f64| format!("{} of about {} mm", plan.sizes(), significant(1e3 * across * cell / cells));
     let advice = if across < COARSE {
         format!(
             "Coarse: for a first look. For figures to rely on, run it again with {}.",
@@ -50,11 +55,11 @@ pub(super) fn resolution(evidence: &Evidence) -> Resolution {
         )
     } else if across < FINE {
         format!(
-            "Fair: the usual resolution. To see what the cells still change, run it again with {} and compare.",
+            "Fair: the usual resolution. To see what {elements} still change, run it again with {} and compare.",
             size(FINE)
         )
     } else {
-        "Fine: smaller cells should change little.".to_owned()
+        format!("Fine: smaller {} should change little.", plan.sizes())
     };
     Resolution { rows, advice }
 }
@@ -69,7 +74,7 @@ pub(super) fn warnings(evidence: &Evidence) -> Vec<String> {
         }
     };
     warn(
-        summary.volume_error.abs() > evidence.numbers.plan.hydrostatic_error + VOLUME_CHANGE,
+        summary.volume_error.abs() > evidence.numbers.plan.compressibility() + VOLUME_CHANGE,
         format!(
             "The volume has changed by {} % during the run, more than the fluid's own weight can compress it.",
             significant(100.0 * summary.volume_error)
@@ -99,7 +104,7 @@ pub(super) fn warnings(evidence: &Evidence) -> Vec<String> {
             .to_owned(),
     );
     let then = evidence.record.scaling.get("time_step_s").and_then(serde_json::Value::as_f64);
-    let now = evidence.numbers.plan.scaling.time_step;
+    let now = evidence.numbers.plan.time_step();
     warn(
         then.is_some_and(|then| (then / now - 1.0).abs() > 1e-9),
         "The case or the program has changed since the run began: the numbers under Method are those of the case as it stands now.".to_owned(),
@@ -113,7 +118,7 @@ fn at_a_wall(evidence: &Evidence) -> bool {
         return false;
     };
     let domain = &evidence.case.domain;
-    let reach = 0.5 * spread.max + evidence.numbers.plan.scaling.cell_size;
+    let reach = 0.5 * spread.max + evidence.numbers.plan.resolution();
     (0..2).any(|axis| {
         let centre = gauge.centre[axis];
         [(2 * axis, centre - domain.min[axis]), (2 * axis + 1, domain.max[axis] - centre)]

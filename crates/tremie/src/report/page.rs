@@ -9,7 +9,8 @@ use tremie_case::Side;
 use super::evidence::Evidence;
 use super::figures::{self, Figure};
 use super::judgement;
-use crate::numbers::{duration, method, significant};
+use crate::numbers::{duration, significant};
+use crate::plan::Plan;
 use crate::run;
 
 const STYLE: &str = include_str!("style.css");
@@ -131,8 +132,15 @@ fn ending(evidence: &Evidence) -> Rows {
         ("change of volume", format!("{} %", significant(100.0 * summary.volume_error))),
         (
             "",
-            "(mass is kept; the method is slightly compressible, see the density error under Method)"
-                .to_owned(),
+            match evidence.numbers.plan {
+                Plan::Lattice(_) => {
+                    "(mass is kept; the method is slightly compressible, see the density error under Method)"
+                }
+                Plan::Particles(_) => {
+                    "(mass is kept; this is what particles enclose, measured by the cells that they fill)"
+                }
+            }
+            .to_owned(),
         ),
     ]
 }
@@ -170,7 +178,7 @@ fn domain(evidence: &Evidence) -> Rows {
 }
 
 fn numbers(evidence: &Evidence) -> Rows {
-    let mut rows = vec![("method", method(&evidence.case).to_owned())];
+    let mut rows = vec![("method", evidence.case.method.name().to_owned())];
     rows.extend(evidence.numbers.rows());
     rows
 }

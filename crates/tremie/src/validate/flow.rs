@@ -18,7 +18,7 @@ pub(super) struct Flow {
 impl Flow {
     /// The case at time zero.
     pub(super) fn new(case: Case) -> Self {
-        let simulation = tremie_lbm::simulation(&case);
+        let simulation = crate::plan::simulation(&case);
         Self { case, simulation }
     }
 
@@ -110,9 +110,14 @@ pub(super) fn largest_difference(a: &[DVec3], b: &[DVec3]) -> f64 {
 }
 
 /// The settings of a case's lattice, to vary them.
+///
+/// # Panics
+/// If the benchmark's case is for another method.
 pub(super) fn lattice(case: &mut Case) -> &mut Lbm {
-    let Method::Lbm(lbm) = &mut case.method;
-    lbm
+    match &mut case.method {
+        Method::Lbm(lbm) => lbm,
+        other => panic!("the case is for the method {}", other.name()),
+    }
 }
 
 /// Number of the cell around a point, if the snapshot reaches so far.

@@ -4,7 +4,7 @@ use std::cell::{Cell, RefCell};
 
 use anyhow::anyhow;
 use rayon::prelude::*;
-use tremie_case::{Case, Method, Stepping};
+use tremie_case::{Case, Stepping};
 use tremie_geometry::Motion;
 use tremie_numerics::DVec3;
 use tremie_rheology::FlowCurve;
@@ -13,7 +13,7 @@ use tremie_simulation::{Cells, Fluid, Snapshot};
 use tremie_suspension::{Form, Inclusions};
 
 use super::benchmark::{Check, Context, Row, shown};
-use super::flow::{Flow, cell_at, centres};
+use super::flow::{Flow, cell_at, centres, lattice};
 use super::report;
 use super::thin_layer::ThinLayer;
 
@@ -230,7 +230,7 @@ fn stiff_cone(context: &Context, row: &Row, slow: bool) -> anyhow::Result<Check>
     let mut plastic_viscosity = case.material.curve.plastic_viscosity();
     if slow {
         plastic_viscosity = SLOW;
-        let Method::Lbm(lbm) = &mut case.method;
+        let lbm = lattice(&mut case);
         lbm.cell_size *= 2.0;
         lbm.stepping = Stepping::Adaptive;
     }
@@ -274,7 +274,7 @@ pub(super) fn gravity_current(context: &Context) -> anyhow::Result<Vec<Check>> {
 
 fn current(context: &Context, cell_size: f64) -> anyhow::Result<Vec<Check>> {
     let mut case = context.case("case.toml")?;
-    let Method::Lbm(lbm) = &mut case.method;
+    let lbm = lattice(&mut case);
     lbm.cell_size = cell_size;
     let viscosity = case.material.curve.plastic_viscosity() / case.material.density;
     let mut flow = Flow::new(case);
@@ -309,7 +309,7 @@ pub(super) fn cone_rigid(context: &Context) -> anyhow::Result<Vec<Check>> {
 
 fn rigid_cone(context: &Context, name: &str, allowed: f64) -> anyhow::Result<Vec<Check>> {
     let mut case = context.case("case.toml")?;
-    let Method::Lbm(lbm) = &mut case.method;
+    let lbm = lattice(&mut case);
     lbm.hydrostatic_error = allowed;
     let interval = case.gauges.interval;
     let mut flow = Flow::new(case);

@@ -1,0 +1,285 @@
+//! The state as gauges and writers see it: on cells as wide as the particles are apart.
+//!
+//! With the kernel W over three spacings, `c = sum V W` over particles and their images is 1 inside of the fluid, 0 outside, and a half at a flat surface, where it changes by `s` over a
+//! cell: a cell is filled to `1/2 + (c - 1/2)/s`, between 0 and 1. So the surface of a fluid that fills half of space lies where it does, to a small part of a cell, and the sum of fills
+//! tells the volume that particles enclose, not how many there are. What else is known of a cell is the mean over particles with the weights V W.
+
+use tremie_case::Side;
+use tremie_cloud::{Dimension, Kernel, Smoothing, Standing, images};
+use tremie_numerics::DVec3;
+use tremie_simulation::{Cells, Fluid, Snapshot, SolidLoad, Wall, WallFace, WallLoads};
+
+use crate::simulation::Isph;
+use crate::surroundings::Surroundings;
+use crate::viscosity::System;
+
+/// Smoothing length in spacings.
+const LENGTH: f64 = 1.5;
+/// Share of a cell by which it counts as one that holds fluid.
+const WET: f64 = 1e-3;
+
+/// Change of c over a cell at a flat surface: the kernel's integral over a plane through its middle, times the spacing.
+fn slope(kernel: &Smoothing, dimension: Dimension, spacing: f64) -> f64 {
+    const STEPS: usize = 200;
+    let width = kernel.support() / STEPS as f64;
+    let at = |n: usize| {
+        let r = (n as f64 + 0.5) * width;
+        let around = if dimension == Dimension::Two { 2.0 } else { std::f64::consts::TAU * r };
+        around * kernel.weight(r) * width
+    };
+    spacing * (0..STEPS).map(at).sum::<f64>()
+}
+
+/// Sums over particles in cells.
+struct Sums {
+    share: Vec<f64>,
+    weight: Vec<f64>,
+    pressure: Vec<f64>,
+    velocity: Vec<DVec3>,
+    shear_rate: Vec<f64>,
+    stress: Vec<f64>,
+}
+
+impl Isph {
+    /// What there is to see.
+    pub(crate) fn view(&self) -> Snapshot {
+        let mut cells = self.cells();
+        let faces = self.faces(&mut cells);
+        let (solids, sides) = self.loads(&faces);
+        let walls = WallLoads { sides, inlets: Vec::new(), faces };
+        Snapshot {
+            time: self.particles.time(),
+            fluid: Fluid::Cells(cells),
+            inclusions: tremie_suspension::Inclusions::default(),
+            solids,
+            cages: Vec::new(),
+            walls,
+            inflow: Vec::new(),
+            outflow: self.case.has_outlets().then(|| self.left as f64 * self.particle_volume()),
+            batches_out: Vec::new(),
+            bodies_in: Vec::new(),
+            bodies_out: Vec::new(),
+        }
+    }
+
+    /// Volume in m3 that a particle stands for.
+    fn particle_volume(&self) -> f64 {
+        self.particles.space.spacing.powi(3)
+    }
+
+    /// The cells of the domain with their fluid.
+    fn cells(&self) -> Cells {
+        let (space, particles, domain) = (&self.particles.space, &self.particles, &self.case.domain);
+        let (size, count) = (space.spacing, domain.cells(space.spacing));
+        let total = count.iter().product();
+        let mut cells = Cells {
+            origin: domain.min,
+            size,
+            count,
+            fill: vec![0.0; total],
+            pressure: vec![0.0; total],
+            velocity: vec![DVec3::ZERO; total],
+            shear_rate: vec![0.0; total],
+            stress: vec![0.0; total],
+            solid: vec![0; total],
+            density: particles.fluid.density,
+            domain: [domain.min, domain.max],
+            symmetry: [0, 1, 2].map(|a| [0, 1].map(|s| domain.sides[2 * a + s] == Side::Symmetry)),
+            ..Cells::default()
+        };
+        let kernel = Smoothing::new(Kernel::Wendland, space.dimension, LENGTH * size);
+        let sums = self.sums(&cells, &kernel);
+        let slope = slope(&kernel, space.dimension, size);
+        let standing = space.standing(particles.time());
+        let solids: Vec<&Standing> =
+            standing.iter().zip(&space.walls).filter(|(_, wall)| wall.hides).map(|(at, _)| at).collect();
+        let yield_stress = self.case.material.curve.viscoplastic().map_or(0.0, |law| law.yield_stress);
+        for n in 0..total {
+            let at = cells.centre(n % count[0], n / count[0] % count[1], n / (count[0] * count[1]));
+            if solids.iter().any(|solid| solid.signed_distance(at) < 0.0) {
+                cells.solid[n] = 1;
+                continue;
+            }
+            let fill = (0.5 + (sums.share[n] - 0.5) / slope).min(1.0);
+            if fill < WET || sums.weight[n] == 0.0 {
+                continue;
+            }
+            let mean = 1.0 / sums.weight[n];
+            cells.fill[n] = fill;
+            cells.pressure[n] = mean * sums.pressure[n];
+            cells.velocity[n] = mean * sums.velocity[n];
+            cells.stress[n] = mean * sums.stress[n];
+            cells.shear_rate[n] =
+                if cells.stress[n] > yield_stress { mean * sums.shear_rate[n] } else { 0.0 };
+        }
+        cells
+    }
+
+    /// Sums over particles, and for shares over their images too, in all cells that see them.
+    fn sums(&self, cells: &Cells, kernel: &Smoothing) -> Sums {
+        let (space, particles) = (&self.particles.space, &self.particles);
+        let zero = || vec![0.0; cells.fill.len()];
+        let mut sums = Sums {
+            share: zero(),
+            weight: zero(),
+            pressure: zero(),
+            velocity: vec![DVec3::ZERO; cells.fill.len()],
+            shear_rate: zero(),
+            stress: zero(),
+        };
+        let (standing, volume) = (space.standing(particles.time()), space.volume());
+        let flat = space.dimension == Dimension::Two;
+        let hiding = || standing.iter().zip(&space.walls).filter(|(_, wall)| wall.hides).map(|(at, _)| at);
+        // Cells around a place, and its weight there.
+        let around = |at: DVec3| {
+            let place = (at - cells.origin) / cells.size;
+            let reach = kernel.support() / cells.size;
+            let range = move |axis: usize| {
+                if flat && axis == 1 {
+                    return 0..1;
+                }
+                let low = (place[axis] - reach - 0.5).ceil().max(0.0) as usize;
+                let high = (place[axis] + reach - 0.5).floor() + 1.0;
+                low..(high.max(0.0) as usize).min(cells.count[axis])
+            };
+            range(2)
+                .flat_map(move |k| range(1).flat_map(move |j| range(0).map(move |i| (i, j, k))))
+                .filter_map(move |(i, j, k)| {
+                    let weight = volume * kernel.weight(cells.centre(i, j, k).distance(at));
+                    (weight > 0.0).then(|| (cells.index(i, j, k), cells.centre(i, j, k), weight))
+                })
+        };
+        let mirrored = images(&particles.positions, &standing, kernel.support());
+        let mut all: Vec<(DVec3, Option<usize>)> = Vec::new();
+        for (n, at) in particles.positions.iter().enumerate() {
+            let near: Vec<&Standing> =
+                hiding().filter(|wall| wall.signed_distance(*at) < kernel.support()).collect();
+            let stress = particles.fluid.viscosity(particles.shear_rates[n]) * particles.shear_rates[n];
+            for (cell, centre, weight) in around(*at) {
+                if near.iter().any(|wall| wall.blocks(centre, *at)) {
+                    continue;
+                }
+                sums.share[cell] += weight;
+                sums.weight[cell] += weight;
+                sums.pressure[cell] += weight * particles.pressures[n];
+                sums.velocity[cell] += weight * particles.velocities[n];
+                sums.shear_rate[cell] += weight * particles.shear_rates[n];
+                sums.stress[cell] += weight * stress;
+            }
+            all.push((*at, None));
+        }
+        for (n, image) in mirrored.iter().enumerate() {
+            let wall = image.wall as usize;
+            for (cell, centre, weight) in around(image.at) {
+                if !space.walls[wall].hides || image.is_seen_from(centre, &standing[wall]) {
+                    sums.share[cell] += weight;
+                }
+            }
+            all.push((image.at, Some(n)));
+        }
+        let places: Vec<DVec3> = all.iter().map(|(at, _)| *at).collect();
+        let number = particles.positions.len();
+        for copy in tremie_cloud::copies(&places, space.low, space.high, space.periodic, kernel.support()) {
+            let of = copy.of as usize;
+            for (cell, _, weight) in around(places[of] + copy.off) {
+                sums.share[cell] += weight;
+                if of < number {
+                    sums.weight[cell] += weight;
+                    sums.pressure[cell] += weight * particles.pressures[of];
+                    sums.velocity[cell] += weight * particles.velocities[of];
+                    sums.shear_rate[cell] += weight * particles.shear_rates[of];
+                    let stress =
+                        particles.fluid.viscosity(particles.shear_rates[of]) * particles.shear_rates[of];
+                    sums.stress[cell] += weight * stress;
+                }
+            }
+        }
+        sums
+    }
+
+    /// Pieces of wall beside cells that hold fluid, with what presses on them: the pressure in the cell, and the weight of half a cell below it.
+    fn faces(&self, cells: &mut Cells) -> Vec<WallFace> {
+        let (domain, size) = (&self.case.domain, cells.size);
+        let weight = cells.density * self.particles.fluid.gravity;
+        let [nx, ny, nz] = cells.count;
+        let standing: Vec<(usize, Standing)> = {
+            let space = &self.particles.space;
+            let all = space.standing(self.particles.time()).into_iter().zip(&self.whose);
+            all.filter_map(|(at, whose)| match whose {
+                Wall::Solid(number) => Some((*number, at)),
+                Wall::Side(_) => None,
+            })
+            .collect()
+        };
+        let mut faces = Vec::new();
+        for n in (0..cells.fill.len()).filter(|n| cells.fill[*n] > 0.0) {
+            let place = [n % nx, n / nx % ny, n / (nx * ny)];
+            let centre = cells.centre(place[0], place[1], place[2]);
+            for side in 0..6 {
+                let (axis, upper) = (side / 2, side % 2 == 1);
+                let out = DVec3::AXES[axis] * if upper { 1.0 } else { -1.0 };
+                let end = if upper { place[axis] + 1 == cells.count[axis] } else { place[axis] == 0 };
+                let wall = if end {
+                    let bears = matches!(domain.sides[side], Side::Wall { .. } | Side::Symmetry);
+                    bears.then_some(Wall::Side(side))
+                } else {
+                    let stride = [1, nx, nx * ny][axis];
+                    let beyond = if upper { n + stride } else { n - stride };
+                    let inside = |(_, at): &&(usize, Standing)| at.signed_distance(centre + size * out) < 0.0;
+                    let solid = (cells.solid[beyond] == 1).then(|| standing.iter().find(inside)).flatten();
+                    solid.map(|(number, _)| Wall::Solid(*number))
+                };
+                let Some(wall) = wall else { continue };
+                let pressure = cells.pressure[n] + weight.dot(0.5 * size * out);
+                let (fill, area) = (cells.fill[n], size * size);
+                faces.push(WallFace {
+                    wall,
+                    cell: centre,
+                    normal: -out,
+                    fill,
+                    area,
+                    force: pressure * area * fill,
+                });
+            }
+        }
+        let _ = nz;
+        faces
+    }
+
+    /// Loads on solids, and on the sides of the domain: pressures on their faces, and what the viscous part pulls.
+    fn loads(&self, faces: &[WallFace]) -> (Vec<SolidLoad>, [SolidLoad; 6]) {
+        let mut solids = vec![SolidLoad::default(); self.case.solids.len()];
+        let mut sides = [SolidLoad::default(); 6];
+        let mut add = |wall: Wall, force: DVec3, at: DVec3| {
+            let load = match wall {
+                Wall::Side(number) => &mut sides[number],
+                Wall::Solid(number) => &mut solids[number],
+            };
+            load.force += force;
+            load.moment += at.cross(force);
+        };
+        for face in faces {
+            add(
+                face.wall,
+                -face.force * face.normal,
+                face.cell - 0.5 * self.particles.space.spacing * face.normal,
+            );
+        }
+        let particles = &self.particles;
+        let space = &particles.space;
+        let around = Surroundings::new(&particles.positions, space, particles.time(), particles.time_step());
+        let viscosity: Vec<f64> =
+            particles.shear_rates.iter().map(|rate| particles.fluid.viscosity(*rate)).collect();
+        for (wall, at, pull) in System::new(&around, &viscosity).pulls(&viscosity, &particles.velocities) {
+            // On planes of symmetry only what is across them, which is pressure.
+            let bears = match self.whose[wall] {
+                Wall::Side(number) => matches!(self.case.domain.sides[number], Side::Wall { .. }),
+                Wall::Solid(_) => true,
+            };
+            if bears {
+                add(self.whose[wall], self.particle_volume() * pull, at);
+            }
+        }
+        (solids, sides)
+    }
+}
