@@ -212,9 +212,14 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Reads the section that the word says.
+    /// Reads the section that the word says. The others that are there must be right, too.
     pub(crate) fn switch<T>(&self, switch: &Switch<T>) -> Result<T, Fault> {
         let (word, _, section) = self.required(switch.name, &Choice(switch.sections))?;
+        for (key, _, section) in switch.sections {
+            if let Some(value) = self.value(key) {
+                section.read(&value)?;
+            }
+        }
         self.required(word, section)
     }
 
@@ -385,7 +390,7 @@ impl Keys for Rule {
     }
 }
 
-/// A key whose word says which section must be there; the others may.
+/// A key whose word says which section must be there; the others may, and are read but not used.
 pub(crate) struct Switch<T: 'static> {
     pub(crate) name: &'static str,
     pub(crate) about: &'static str,

@@ -1316,9 +1316,9 @@ const ISPH: Section<Method> = {
         need("spacing", "distance of particles", quantity(Dimension::LENGTH, Bound::Positive, "5 mm"));
     const COURANT: Or<Quantity> = or(
         "courant",
-        "0.2",
+        "0.25",
         "limit of the time step: how far a particle may go in it, over the smoothing length",
-        quantity(Dimension::NUMBER, Bound::UpTo(0.5), "0.2"),
+        quantity(Dimension::NUMBER, Bound::UpTo(0.5), "0.25"),
     );
     const STRESS: Or<Choice<StressStep>> = or(
         "stress",

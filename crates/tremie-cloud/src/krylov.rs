@@ -1,10 +1,10 @@
 //! Solving linear systems over neighbours: conjugate gradients (Hestenes and Stiefel 1952) where the matrix is symmetric, BiCGStab (van der Vorst 1992)
 //! where it is not, with a multigrid cycle or the diagonal for preconditioner.
 
-use rayon::prelude::*;
 use thiserror::Error;
 use tremie_numerics::sum::ordered_sum;
 
+use crate::matrix::rows;
 use crate::{Matrix, Multigrid};
 
 /// How a system is solved.
@@ -64,12 +64,12 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// y += a x
 fn add(y: &mut [f64], a: f64, x: &[f64]) {
-    y.par_iter_mut().zip(x).with_min_len(1024).for_each(|(y, x)| *y += a * x);
+    rows(y, |row, y| *y += a * x[row]);
 }
 
 /// y = x + a y
 fn onto(y: &mut [f64], a: f64, x: &[f64]) {
-    y.par_iter_mut().zip(x).with_min_len(1024).for_each(|(y, x)| *y = x + a * *y);
+    rows(y, |row, y| *y = x[row] + a * *y);
 }
 
 /// Solves `A x = b` from the values that `x` has; without a `multigrid`, the diagonal is the preconditioner.

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-/// Rows that one thread takes at a time.
-const CHUNK: usize = 256;
+/// Rows that one thread takes at a time; with fewer there is nothing to share.
+const CHUNK: usize = 1024;
 
 /// A square matrix by rows.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -13,6 +13,15 @@ pub struct Matrix {
     pub(crate) firsts: Vec<usize>,
     pub(crate) columns: Vec<u32>,
     pub(crate) values: Vec<f64>,
+}
+
+/// Does something for each row; a few rows are not worth the waking of threads.
+pub(crate) fn rows<T: Send>(of: &mut [T], make: impl Fn(usize, &mut T) + Sync + Send) {
+    if of.len() < 2 * CHUNK {
+        of.iter_mut().enumerate().for_each(|(row, of)| make(row, of));
+    } else {
+        of.par_iter_mut().with_min_len(CHUNK).enumerate().for_each(|(row, of)| make(row, of));
+    }
 }
 
 impl Matrix {
@@ -61,13 +70,11 @@ impl Matrix {
 
     /// `to` = A x.
     pub fn times(&self, x: &[f64], to: &mut [f64]) {
-        to.par_iter_mut().with_min_len(CHUNK).enumerate().for_each(|(row, to)| *to = self.row(row, x));
+        rows(to, |row, to| *to = self.row(row, x));
     }
 
     /// `to` = b - A x.
     pub(crate) fn residual(&self, b: &[f64], x: &[f64], to: &mut [f64]) {
-        to.par_iter_mut().zip(b).with_min_len(CHUNK).enumerate().for_each(|(row, (to, b))| {
-            *to = b - self.row(row, x);
-        });
+        rows(to, |row, to| *to = b[row] - self.row(row, x));
     }
 }

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use tremie_numerics::DVec3;
 
 use crate::Matrix;
+use crate::matrix::rows;
 
 /// Sweeps before and after the correction.
 const SWEEPS: usize = 2;
@@ -121,8 +122,7 @@ fn coarser(fine: &Matrix, cells: &[u32], members: &[Vec<u32>]) -> Matrix {
 
 fn sweep(matrix: &Matrix, b: &[f64], x: &mut [f64], residual: &mut [f64]) {
     matrix.residual(b, x, residual);
-    let rows = x.par_iter_mut().zip(residual.par_iter()).zip(&matrix.diagonal);
-    rows.for_each(|((x, residual), diagonal)| *x += DAMPING * residual / diagonal);
+    rows(x, |row, x| *x += DAMPING * residual[row] / matrix.diagonal[row]);
 }
 
 fn descend(matrix: &Matrix, below: &[Level], b: &[f64]) -> Vec<f64> {
@@ -136,8 +136,10 @@ fn descend(matrix: &Matrix, below: &[Level], b: &[f64]) -> Vec<f64> {
     };
     (1..SWEEPS).for_each(|_| sweep(matrix, b, &mut x, &mut residual));
     matrix.residual(b, &x, &mut residual);
-    let sum = |rows: &Vec<u32>| rows.iter().map(|row| residual[*row as usize]).sum::<f64>();
-    let coarse: Vec<f64> = next.members.par_iter().map(sum).collect();
+    let mut coarse = vec![0.0; next.members.len()];
+    rows(&mut coarse, |cell, sum| {
+        *sum = next.members[cell].iter().map(|row| residual[*row as usize]).sum();
+    });
     let correction = descend(&next.matrix, rest, &coarse);
     for (x, cell) in x.iter_mut().zip(&next.cells).filter(|(_, cell)| **cell != NONE) {
         *x += OVER * correction[*cell as usize];

@@ -13,8 +13,7 @@
 //! the weights of its pairs are corrected as those of Lagrangian differencing dynamics are (`tremie_cloud::Gradients::laplacian`), and a hydrostatic pressure is exact on any cloud.
 //!
 //! Such operators are not each other's adjoints as those of the paper are, which alone keeps energy from growing; where neighbours are on one side only a pressure would even drive apart what
-//! it should hold together. So whoever has neighbours on one side is at the surface, and they are taken from a shorter distance than elsewhere, from which those right below the surface
-//! see neighbours on all sides.
+//! it should hold together. So whoever has neighbours on one side only is at the surface.
 
 use rayon::prelude::*;
 use tremie_cloud::{Failure, Gradients, Matrix, Method, Multigrid, Settings, solve};
@@ -23,7 +22,7 @@ use tremie_numerics::DVec3;
 use crate::Fluid;
 use crate::surroundings::{Source, Surroundings};
 
-const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-9, iterations: 500 };
+const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-7, iterations: 500 };
 
 /// Share of what particles stand too near to each other or too far apart that is taken back while one goes a smoothing length.
 const RELAXES: f64 = 1.0;
@@ -43,7 +42,7 @@ fn poisson(
         let weights = if surface[a] || (pinned && a == 0) { None } else { gradients.laplacian(a) };
         let Some(weights) = weights else { return (1.0, Vec::new(), 0.0) };
         let (mut own, mut others, mut right) = (0.0, Vec::<(u32, f64)>::new(), -source(a));
-        for ((_, _, source), c) in around.close(a).zip(weights) {
+        for ((_, _, source), c) in around.around(a).zip(weights) {
             right += c * beyond(source);
             if source.of != a {
                 own += c;
@@ -74,7 +73,7 @@ fn weight(fluid: &Fluid, source: &Source) -> f64 {
 /// The pressures in Pa under which fluid that is about to fall is held by walls.
 pub(crate) fn at_rest(around: &Surroundings, fluid: &Fluid) -> Result<Vec<f64>, Failure> {
     let mut pressures = vec![0.0; around.number];
-    let gradients = around.close_gradients();
+    let gradients = around.gradients();
     let beyond = |source: &Source| weight(fluid, source);
     poisson(around, &gradients, &around.surface(), |_| 0.0, beyond, &mut pressures)?;
     Ok(pressures)
@@ -82,7 +81,7 @@ pub(crate) fn at_rest(around: &Surroundings, fluid: &Fluid) -> Result<Vec<f64>, 
 
 /// Gradients of pressures, in Pa/m.
 pub(crate) fn gradients(around: &Surroundings, fluid: &Fluid, pressures: &[f64]) -> Vec<DVec3> {
-    let gradients = around.close_gradients();
+    let gradients = around.gradients();
     let all = around.mirrored(|source| pressures[source.of] + weight(fluid, source));
     around.each(|a| gradients.gradient(a, &all))
 }
@@ -97,15 +96,15 @@ pub(crate) fn project(
     velocities: &mut [DVec3],
     step: f64,
 ) -> Result<usize, Failure> {
-    let (gradients, surface) = (around.close_gradients(), around.surface());
+    let (gradients, surface) = (around.gradients(), around.surface());
     let all = around.velocities(velocities);
     let weight_of = fluid.density * fluid.gravity;
     let pushes = around.mirrored(|source| weight_of + source.mirror * (pushed[source.of] - weight_of));
     // Share of the volume that kernels tell of, over that of a lattice.
-    let (kernel, length) = (around.close_kernel(), 0.5 * around.kernel.support());
-    let whole = around.on_lattice(|r| kernel.weight(r));
+    let length = 0.5 * around.kernel.support();
+    let whole = around.on_lattice(|r| around.kernel.weight(r));
     let crowding = |a: usize| {
-        let deep = !surface[a] && around.close(a).all(|(_, _, source)| !surface[source.of]);
+        let deep = !surface[a] && around.around(a).all(|(_, _, source)| !surface[source.of]);
         (around.crowd(a) / whole - 1.0).max(if deep { f64::MIN } else { 0.0 })
     };
     let source = |a: usize| {

@@ -22,6 +22,8 @@ pub(crate) struct Isph {
     pub(crate) particles: Particles,
     /// Whose walls those of the particles' space are.
     pub(crate) whose: Vec<Wall>,
+    /// Gravity in m/s2 but for what drives a flow along periodic axes.
+    pub(crate) confined: DVec3,
     /// Particles that have left.
     pub(crate) left: u64,
     /// Updates of particles since the start of the process.
@@ -52,7 +54,9 @@ impl Isph {
         settle(&mut particles);
         // Where nothing is known that drives it, there is no bound.
         let runaway = if fastest > 0.0 { RUNAWAY * fastest } else { f64::INFINITY };
-        Self { case: case.clone(), particles, whose, left: 0, updates: 0, runaway }
+        let free = DVec3::from(particles.space.periodic.map(|periodic| if periodic { 0.0 } else { 1.0 }));
+        let confined = free * particles.fluid.gravity;
+        Self { case: case.clone(), particles, whose, confined, left: 0, updates: 0, runaway }
     }
 
     /// What a checkpoint must be for.
@@ -120,7 +124,9 @@ impl Simulation for Isph {
 
     fn advance(&mut self) -> Result<(), Breakdown> {
         self.updates += self.particles.positions.len() as u64;
-        if let Err(failure) = self.particles.advance() {
+        // In a thread of the pool, which need not be woken for each of many short pieces of work.
+        let particles = &mut self.particles;
+        if let Err(failure) = rayon::scope(|_| particles.advance()) {
             let (at, _) = self.fastest();
             let advice = match failure {
                 Failure::Slow { .. } => "set a smaller `largest_viscosity` or `courant` under [isph]",

@@ -55,11 +55,11 @@ impl Space {
         self.spacing.powi(self.dimension.number() as i32)
     }
 
-    /// Smoothing length in m: wide in a plane; in space, where there are more neighbours, less so.
+    /// Smoothing length in m: so short that particles right below the surface have neighbours on all sides.
     pub fn smoothing_length(&self) -> f64 {
         self.spacing
             * match self.dimension {
-                Dimension::Two => 2.0,
+                Dimension::Two => 1.5,
                 Dimension::Three => 1.3,
             }
     }

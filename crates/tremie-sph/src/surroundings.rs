@@ -2,19 +2,11 @@
 
 use rayon::prelude::*;
 use tremie_cloud::{
-    Dimension, Gradients, Image, Kernel, Neighbours, Smoothing, Standing, at_surface, copies, images,
+    Dimension, Gradients, Image, Neighbours, Smoothing, Standing, at_surface, copies, images,
 };
 use tremie_numerics::{DMat3, DVec3};
 
 use crate::space::Space;
-
-/// How far in spacings pressures are told from: those right below the surface then see hardly less than those inside.
-fn reach(dimension: Dimension) -> f64 {
-    match dimension {
-        Dimension::Two => 3.0,
-        Dimension::Three => 2.6,
-    }
-}
 
 /// The mirror across a plane with this normal.
 fn flipped(n: DVec3) -> DMat3 {
@@ -47,9 +39,9 @@ pub(crate) struct Surroundings {
     pub(crate) number: usize,
     pub(crate) positions: Vec<DVec3>,
     pub(crate) sources: Vec<Source>,
+    /// Images, which follow the particles; copies follow them.
+    pub(crate) images: Vec<Image>,
     pub(crate) near: Neighbours,
-    /// Those among them by which pressures are told.
-    pub(crate) close: Neighbours,
 }
 
 impl Surroundings {
@@ -101,22 +93,13 @@ impl Surroundings {
             false => near,
         };
         let (dimension, spacing, volume) = (space.dimension, space.spacing, space.volume());
-        let near_by = (self::reach(dimension) * spacing).powi(2);
-        let close = near.only(|a, b| positions[a].distance_squared(positions[b]) < near_by);
-        Self { dimension, kernel, spacing, volume, number, positions, sources, near, close }
+        Self { dimension, kernel, spacing, volume, number, positions, sources, images: mirrored, near }
     }
 
     /// Neighbours of a particle, images among them: number, way to it in m, and its source.
     pub(crate) fn around(&self, particle: usize) -> impl Iterator<Item = (usize, DVec3, &Source)> {
         let at = self.positions[particle];
         let near = self.near.of(particle).iter().map(|n| *n as usize);
-        near.map(move |n| (n, self.positions[n] - at, &self.sources[n]))
-    }
-
-    /// The same among those that pressures are told by.
-    pub(crate) fn close(&self, particle: usize) -> impl Iterator<Item = (usize, DVec3, &Source)> {
-        let at = self.positions[particle];
-        let near = self.close.of(particle).iter().map(|n| *n as usize);
         near.map(move |n| (n, self.positions[n] - at, &self.sources[n]))
     }
 
@@ -127,9 +110,8 @@ impl Surroundings {
 
     /// Share of the volume around a particle that particles stand for, by the kernel.
     pub(crate) fn crowd(&self, particle: usize) -> f64 {
-        let kernel = self.close_kernel();
-        let others = self.close(particle).map(|(_, x, _)| kernel.weight(x.length())).sum::<f64>();
-        self.volume * (kernel.weight(0.0) + others)
+        let others = self.around(particle).map(|(_, x, _)| self.kernel.weight(x.length())).sum::<f64>();
+        self.volume * (self.kernel.weight(0.0) + others)
     }
 
     /// Integral over a lattice, its point in the middle included, of what depends on the distance in m from there.
@@ -159,21 +141,9 @@ impl Surroundings {
         Gradients::new(&self.positions, &self.near, self.dimension, weight)
     }
 
-    /// The kernel of close neighbours.
-    pub(crate) fn close_kernel(&self) -> Smoothing {
-        Smoothing::new(Kernel::Wendland, self.dimension, 0.5 * reach(self.dimension) * self.spacing)
-    }
-
-    /// The same by the close neighbours.
-    pub(crate) fn close_gradients(&self) -> Gradients<'_> {
-        let kernel = self.close_kernel();
-        let weight = |_, _, distance: f64| -self.volume * kernel.slope(distance) / distance;
-        Gradients::new(&self.positions, &self.close, self.dimension, weight)
-    }
-
     /// Which particles are at the free surface.
     pub(crate) fn surface(&self) -> Vec<bool> {
-        at_surface(&self.close_gradients(), reach(self.dimension) * self.spacing)
+        at_surface(&self.gradients(), self.kernel.support())
     }
 }
 

@@ -2,10 +2,12 @@
 //!
 //! With the kernel W over three spacings, `c = sum V W` over particles and their images is 1 inside of the fluid, 0 outside, and a half at a flat surface, where it changes by `s` over a
 //! cell: a cell is filled to `1/2 + (c - 1/2)/s`, between 0 and 1. So the surface of a fluid that fills half of space lies where it does, to a small part of a cell, and the sum of fills
-//! tells the volume that particles enclose, not how many there are. What else is known of a cell is the mean over particles with the weights V W.
+//! tells the volume that particles enclose, not how many there are. What else is known of a cell is the mean over particles and images with the weights V W.
+//!
+//! Particles at the surface have no pressure, but are half a spacing below it: as much fluid weighs on all of them, which is added to what is shown.
 
 use tremie_case::Side;
-use tremie_cloud::{Dimension, Kernel, Smoothing, Standing, images};
+use tremie_cloud::{Dimension, Kernel, Smoothing, Standing};
 use tremie_numerics::DVec3;
 use tremie_simulation::{Cells, Fluid, Snapshot, SolidLoad, Wall, WallFace, WallLoads};
 
@@ -30,10 +32,9 @@ fn slope(kernel: &Smoothing, dimension: Dimension, spacing: f64) -> f64 {
     spacing * (0..STEPS).map(at).sum::<f64>()
 }
 
-/// Sums over particles in cells.
+/// Sums over particles and their images in cells.
 struct Sums {
     share: Vec<f64>,
-    weight: Vec<f64>,
     pressure: Vec<f64>,
     velocity: Vec<DVec3>,
     shear_rate: Vec<f64>,
@@ -60,6 +61,13 @@ impl Isph {
             bodies_in: Vec::new(),
             bodies_out: Vec::new(),
         }
+    }
+
+    /// Pressure in Pa of a particle's image so far from it in m, with the weight of the half spacing above the surface.
+    fn pressure(&self, of: usize, off: DVec3) -> f64 {
+        let weight = self.particles.fluid.density * self.confined;
+        let above = 0.5 * self.particles.space.spacing * weight.length();
+        self.particles.pressures[of] + weight.dot(off) + above
     }
 
     /// Volume in m3 that a particle stands for.
@@ -101,10 +109,10 @@ impl Isph {
                 continue;
             }
             let fill = (0.5 + (sums.share[n] - 0.5) / slope).min(1.0);
-            if fill < WET || sums.weight[n] == 0.0 {
+            if fill < WET || sums.share[n] == 0.0 {
                 continue;
             }
-            let mean = 1.0 / sums.weight[n];
+            let mean = 1.0 / sums.share[n];
             cells.fill[n] = fill;
             cells.pressure[n] = mean * sums.pressure[n];
             cells.velocity[n] = mean * sums.velocity[n];
@@ -115,13 +123,12 @@ impl Isph {
         cells
     }
 
-    /// Sums over particles, and for shares over their images too, in all cells that see them.
+    /// Sums over particles, their images and copies in all cells that see them.
     fn sums(&self, cells: &Cells, kernel: &Smoothing) -> Sums {
         let (space, particles) = (&self.particles.space, &self.particles);
         let zero = || vec![0.0; cells.fill.len()];
         let mut sums = Sums {
             share: zero(),
-            weight: zero(),
             pressure: zero(),
             velocity: vec![DVec3::ZERO; cells.fill.len()],
             shear_rate: zero(),
@@ -149,49 +156,34 @@ impl Isph {
                     (weight > 0.0).then(|| (cells.index(i, j, k), cells.centre(i, j, k), weight))
                 })
         };
-        let mirrored = images(&particles.positions, &standing, kernel.support());
-        let mut all: Vec<(DVec3, Option<usize>)> = Vec::new();
-        for (n, at) in particles.positions.iter().enumerate() {
-            let near: Vec<&Standing> =
-                hiding().filter(|wall| wall.signed_distance(*at) < kernel.support()).collect();
-            let stress = particles.fluid.viscosity(particles.shear_rates[n]) * particles.shear_rates[n];
+        let (time, step) = (particles.time(), particles.time_step());
+        let seen = Surroundings::with(*kernel, &particles.positions, space, time, step);
+        for (n, (at, source)) in seen.positions.iter().zip(&seen.sources).enumerate() {
+            let of = source.of;
+            let image = n.checked_sub(seen.number).and_then(|image| seen.images.get(image));
+            let near: Vec<&Standing> = match n < seen.number {
+                true => hiding().filter(|wall| wall.signed_distance(*at) < kernel.support()).collect(),
+                false => Vec::new(),
+            };
+            let rate = particles.shear_rates[of];
+            let (pressure, stress) = (self.pressure(of, source.off), particles.fluid.viscosity(rate) * rate);
+            let velocity = source.turn * particles.velocities[of] + source.carried;
             for (cell, centre, weight) in around(*at) {
-                if near.iter().any(|wall| wall.blocks(centre, *at)) {
+                let hidden = match image {
+                    Some(image) => {
+                        let wall = image.wall as usize;
+                        space.walls[wall].hides && !image.is_seen_from(centre, &standing[wall])
+                    }
+                    None => near.iter().any(|wall| wall.blocks(centre, *at)),
+                };
+                if hidden {
                     continue;
                 }
                 sums.share[cell] += weight;
-                sums.weight[cell] += weight;
-                sums.pressure[cell] += weight * particles.pressures[n];
-                sums.velocity[cell] += weight * particles.velocities[n];
-                sums.shear_rate[cell] += weight * particles.shear_rates[n];
+                sums.pressure[cell] += weight * pressure;
+                sums.velocity[cell] += weight * velocity;
+                sums.shear_rate[cell] += weight * rate;
                 sums.stress[cell] += weight * stress;
-            }
-            all.push((*at, None));
-        }
-        for (n, image) in mirrored.iter().enumerate() {
-            let wall = image.wall as usize;
-            for (cell, centre, weight) in around(image.at) {
-                if !space.walls[wall].hides || image.is_seen_from(centre, &standing[wall]) {
-                    sums.share[cell] += weight;
-                }
-            }
-            all.push((image.at, Some(n)));
-        }
-        let places: Vec<DVec3> = all.iter().map(|(at, _)| *at).collect();
-        let number = particles.positions.len();
-        for copy in tremie_cloud::copies(&places, space.low, space.high, space.periodic, kernel.support()) {
-            let of = copy.of as usize;
-            for (cell, _, weight) in around(places[of] + copy.off) {
-                sums.share[cell] += weight;
-                if of < number {
-                    sums.weight[cell] += weight;
-                    sums.pressure[cell] += weight * particles.pressures[of];
-                    sums.velocity[cell] += weight * particles.velocities[of];
-                    sums.shear_rate[cell] += weight * particles.shear_rates[of];
-                    let stress =
-                        particles.fluid.viscosity(particles.shear_rates[of]) * particles.shear_rates[of];
-                    sums.stress[cell] += weight * stress;
-                }
             }
         }
         sums

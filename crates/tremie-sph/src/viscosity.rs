@@ -7,8 +7,8 @@
 //! with `mu_ab` the harmonic mean and F what else pushes, in N/m3; on the right are the new velocities, or where the step is explicit the old ones. The radial form (Monaghan 2005; Espanol and Revenga 2003) stands for
 //! div(2 mu E), with what varies of mu, and conserves both momenta.
 //!
-//! With `f = -W'/r` of the kernel shear along the axes of a lattice meets 0.96 of the viscosity in a plane and 0.89 in space, as sums over neighbours stand for
-//! integrals, and shear at 45 degrees to them as much too much: the nearest neighbours count too much. With r^2 times that, and the factor that a lattice then needs, it is 0.99 and 1.005.
+//! With `f = -W'/r` of the kernel shear along the axes of a lattice would meet 0.89 of the viscosity, as sums over neighbours stand for integrals, and shear at 45 degrees to them as much too much: the
+//! nearest neighbours count too much. With `f ~ r^2 (1 - r/R)^n`, R the kernel's support, n = 2 in a plane and 3 in space, and the factor that a lattice then needs, it is 1.00.
 
 use rayon::prelude::*;
 use tremie_cloud::{Dimension, Failure, Matrix, Method, Multigrid, Settings, solve};
@@ -17,7 +17,7 @@ use tremie_numerics::{DMat3, DVec3};
 use crate::Fluid;
 use crate::surroundings::Surroundings;
 
-const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-8, iterations: 2000 };
+const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-6, iterations: 2000 };
 
 /// The share of a smoothing length that is added to distances where they divide (Wu 2016: eta = 0.01 h).
 const SOFT: f64 = 0.01;
@@ -38,14 +38,17 @@ pub(crate) struct System<'a> {
 /// What a pair of particles, so far in m from each other and so viscous in Pa s, adds to the force, as a matrix to be multiplied with the difference of their velocities.
 fn pairs(around: &Surroundings) -> impl Fn(DVec3, f64, f64) -> DMat3 {
     let d = around.dimension.number();
+    let reach = around.kernel.support();
+    let falls = if around.dimension == Dimension::Two { 2 } else { 3 };
+    let weight = move |r: f64| r * r * (1.0 - r / reach).max(0.0).powi(falls);
     // f r^2 of a lattice sums up to the number of dimensions.
-    let whole = around.on_lattice(|r| -around.kernel.slope(r) * r.powi(3)) / d as f64;
+    let whole = around.on_lattice(|r| weight(r) * r * r) / d as f64;
     let constant = around.volume * 2.0 * (d + 2) as f64 / whole;
     let soft = (0.5 * SOFT * around.kernel.support()).powi(2);
     move |x, one, other| {
         let r = x.length();
         let mean = 2.0 * one * other / (one + other);
-        let factor = -constant * mean * around.kernel.slope(r) * r / (r * r + soft);
+        let factor = constant * mean * weight(r) / (r * r + soft);
         DMat3::from_cols(factor * x.x * x, factor * x.y * x, factor * x.z * x)
     }
 }

@@ -257,7 +257,7 @@ fn fluid_comes_in_and_leaves() {
 #[test]
 fn what_is_left_out_takes_its_default() {
     let case = Case::parse("channel.toml", CHANNEL).unwrap();
-    let Method::Lbm(lbm) = case.method;
+    let Method::Lbm(lbm) = case.method else { panic!("{:?}", case.method) };
     assert_eq!((lbm.precision, lbm.time_step, lbm.stepping), (Precision::F32, None, Stepping::Fixed));
     assert_eq!((lbm.hydrostatic_error, lbm.lattice_speed), (0.02, 0.1));
     assert_eq!(case.domain.sides[4..], [Side::REST; 2]);
@@ -268,6 +268,34 @@ fn what_is_left_out_takes_its_default() {
         CHANNEL.lines().filter(|line| !line.contains("gravity")).map(|l| format!("{l}\n")).collect();
     let case = Case::parse("channel.toml", &without_gravity).unwrap();
     assert_eq!(case.domain.gravity, DVec3::new(0.0, 0.0, -9.81));
+}
+
+/// The settings of another method may stand beside them.
+#[test]
+fn the_same_case_is_read_for_particles() {
+    let sections = "[isph]\nspacing = \"10 mm\"\n\n[lbm]";
+    let particles = SLUMP_FLOW.replace("\"lbm\"", "\"isph\"").replace("[lbm]", sections);
+    let case = Case::parse("slump_flow.toml", &particles).unwrap();
+    let expected = Isph {
+        spacing: 0.01,
+        courant: 0.25,
+        stress: StressStep::Implicit,
+        strain_convention: StrainConvention::Standard,
+        largest_viscosity: None,
+    };
+    assert_eq!(case.method, Method::Isph(expected));
+    assert_eq!((case.method.name(), case.method.resolution_key()), ("isph", "isph.spacing"));
+
+    let settings = "spacing = \"5 mm\"\ncourant = 0.1\nstress = \"explicit\"\nstrain_convention = \"paper\"\nlargest_viscosity = \"50 kPa s\"";
+    let case = Case::parse("slump_flow.toml", &particles.replace("spacing = \"10 mm\"", settings)).unwrap();
+    let expected = Isph {
+        spacing: 0.005,
+        courant: 0.1,
+        stress: StressStep::Explicit,
+        strain_convention: StrainConvention::Paper,
+        largest_viscosity: Some(5e4),
+    };
+    assert_eq!(case.method, Method::Isph(expected));
 }
 
 #[test]

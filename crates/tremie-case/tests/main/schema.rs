@@ -136,7 +136,10 @@ fn what_the_schema_needs_the_reader_needs() {
             either if either["anyOf"].is_array() => &either["anyOf"][1],
             section => section,
         };
-        let rules = section["allOf"].as_array().into_iter().flatten().map(|rule| &rule["then"]);
+        // Another method's section is needed for that method.
+        let other = |rule: &&Value| rule["if"]["properties"]["method"]["const"] == "isph";
+        let rules = section["allOf"].as_array().into_iter().flatten().filter(|rule| !other(rule));
+        let rules = rules.map(|rule| &rule["then"]);
         let needed = [section]
             .into_iter()
             .chain(rules)

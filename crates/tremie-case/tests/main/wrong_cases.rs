@@ -614,6 +614,25 @@ fn wrong_inlets_and_outlets_are_told_at_their_place() {
     assert!(message.contains("only the program's own scheme knows outlets and open sides"), "{message}");
 }
 
+/// What only the lattice knows is refused where it stands.
+#[test]
+fn what_particles_do_not_know_is_told() {
+    let particles =
+        SLUMP_FLOW.replace("\"lbm\"", "\"isph\"").replace("[lbm]", "[isph]\nspacing = \"10 mm\"\n\n[lbm]");
+    let inlet = "[[inlet]]\ndisc = { centre = [\"0.2 m\", \"0.2 m\", \"0.3 m\"], direction = [0, 0, -1], diameter = \"80 mm\" }\nflow_rate = \"1 l/s\"\n\n[isph]";
+    let film = "x_max = { surface = { film = { wall_yield_stress = \"10 Pa\", wall_viscosity = \"200 Pa s/m\" } } }";
+    for (right, wrong, says) in [
+        ("[isph]", inlet, ["the method `isph` does not know inlets", "write method = \"lbm\""]),
+        ("x_max = \"wall\"", film, ["knows no walls with a film", "a slip length"]),
+        ("spacing = \"10 mm\"", "spacing = \"7 mm\"", ["64.29 cells along x", "\"0.448 m\""]),
+        ("spacing = \"10 mm\"", "", ["`isph.spacing` is missing", "spacing ="]),
+    ] {
+        assert!(particles.contains(right), "{right}");
+        let message = refusal(&particles.replacen(right, wrong, 1)).render(false);
+        assert!(says.iter().all(|says| message.contains(says)), "{message}");
+    }
+}
+
 #[test]
 fn wrong_solids_are_told_at_their_place() {
     each_is_told_at_its_place("solid", WRONG_SOLIDS);
