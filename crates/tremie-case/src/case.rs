@@ -330,6 +330,14 @@ impl Method {
         }
     }
 
+    /// The same method with cells or distances of another size in m.
+    pub fn set_resolution(&mut self, size: f64) {
+        match self {
+            Self::Lbm(lbm) => lbm.cell_size = size,
+            Self::Isph(isph) => isph.spacing = size,
+        }
+    }
+
     /// The key that says so.
     pub fn resolution_key(&self) -> &'static str {
         match self {

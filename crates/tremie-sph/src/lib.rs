@@ -14,11 +14,10 @@
 //! has already held; with it fluid at rest stays at rest.
 //!
 //! `mu` is the apparent viscosity at the shear rate sqrt(2 E:E), and E the symmetric part of grad u. The paper takes the stress explicitly, which for its Cross fluid, a thousand times as
-//! viscous at rest as in flow, holds for steps of 1e-7 s. Kernels are those of Wendland; walls are mirrors (`tremie_cloud::images`); what divides
-//! distances squared has (0.01 h)^2 added, as in the paper.
+//! viscous at rest as in flow, holds for steps of 1e-7 s. The kernel is that of Wendland; walls are mirrors (`tremie_cloud::images`).
 //!
-//! This is a beginning: no case file knows it yet, the smoothing length is the same everywhere, and after a column has fallen over particles stand as near to each other as a quarter
-//! of their spacing, where there should be hardly less than half. On a lattice shear along its axes meets 0.96 of the viscosity in a plane and 0.87 in space, as sums over neighbours stand for integrals.
+//! Where the paper is left, it is to keep the cloud in order and the pressure right: particles that come too near to each other are parted (`tremie_cloud::reorder`) instead of shifted, the smoothing
+//! length is 1.5 spacings in a plane instead of 2 to 3, and all operators are corrected for what is missing of the kernel. Steps are of the first order in time.
 //!
 //! Units are SI; in a plane masses and forces are per metre of depth.
 

@@ -25,7 +25,7 @@ use crate::surroundings::{Source, Surroundings};
 const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-7, iterations: 500 };
 
 /// Share of what particles stand too near to each other or too far apart that is taken back while one goes a smoothing length.
-const RELAXES: f64 = 1.0;
+const RELAXES: f64 = 0.5;
 
 /// Finds `values` whose Laplacian is `source`, zero at the surface; those of images are those of their particles and `beyond`. Gives the iterations that it took.
 fn poisson(
@@ -100,12 +100,26 @@ pub(crate) fn project(
     let all = around.velocities(velocities);
     let weight_of = fluid.density * fluid.gravity;
     let pushes = around.mirrored(|source| weight_of + source.mirror * (pushed[source.of] - weight_of));
-    // Share of the volume that kernels tell of, over that of a lattice.
+    // Share of the volume that kernels tell of, over that of a lattice. What differs from one particle to the next is disorder, and would brake the flow.
     let length = 0.5 * around.kernel.support();
     let whole = around.on_lattice(|r| around.kernel.weight(r));
     let crowding = |a: usize| {
         let deep = !surface[a] && around.around(a).all(|(_, _, source)| !surface[source.of]);
         (around.crowd(a) / whole - 1.0).max(if deep { f64::MIN } else { 0.0 })
+    };
+    let mut each = around.each(crowding);
+    // Without a surface the volume cannot change.
+    if !surface.contains(&true) {
+        let mean = each.iter().sum::<f64>() / each.len() as f64;
+        each.iter_mut().for_each(|crowding| *crowding -= mean);
+    }
+    let crowding = |a: usize| {
+        let own = (around.kernel.weight(0.0), around.kernel.weight(0.0) * each[a]);
+        let (weight, sum) = around.around(a).fold(own, |(weight, sum), (_, x, source)| {
+            let w = around.kernel.weight(x.length());
+            (weight + w, sum + w * each[source.of])
+        });
+        sum / weight
     };
     let source = |a: usize| {
         let l = fluid.density / step * gradients.velocity_gradient(a, &all)

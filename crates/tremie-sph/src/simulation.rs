@@ -124,9 +124,7 @@ impl Simulation for Isph {
 
     fn advance(&mut self) -> Result<(), Breakdown> {
         self.updates += self.particles.positions.len() as u64;
-        // In a thread of the pool, which need not be woken for each of many short pieces of work.
-        let particles = &mut self.particles;
-        if let Err(failure) = rayon::scope(|_| particles.advance()) {
+        if let Err(failure) = self.particles.advance() {
             let (at, _) = self.fastest();
             let advice = match failure {
                 Failure::Slow { .. } => "set a smaller `largest_viscosity` or `courant` under [isph]",

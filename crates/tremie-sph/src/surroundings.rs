@@ -89,7 +89,7 @@ impl Surroundings {
         }
         let near = Neighbours::of_first(number, &positions, reach);
         let near = match space.walls.iter().any(|wall| wall.hides) {
-            true => visible(near, &positions, space, &standing, &mirrored, number),
+            true => visible(&near, &positions, space, &standing, &mirrored, number),
             false => near,
         };
         let (dimension, spacing, volume) = (space.dimension, space.spacing, space.volume());
@@ -149,7 +149,7 @@ impl Surroundings {
 
 /// The neighbours that walls do not hide: particles on the other side of a wall, and images that are not behind their wall.
 fn visible(
-    near: Neighbours,
+    near: &Neighbours,
     positions: &[DVec3],
     space: &Space,
     standing: &[Standing],

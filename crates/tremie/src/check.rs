@@ -69,7 +69,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
             let time = significant(100.0 * pace.burden);
             rows.push(("they add", format!("about {memory} of the memory, {time} % to the time of a step")));
         }
-        let about = if case.inlets.is_empty() { "" } else { "about " };
+        // Particles take longer steps while they are slower than they may become.
+        let about = match (numbers.plan.lattice().is_some(), case.inlets.is_empty()) {
+            (false, _) => "at most ",
+            (true, true) => "",
+            (true, false) => "about ",
+        };
         let earlier = if case.stop.rest.is_some() { ", less if it comes to rest earlier" } else { "" };
         let threads = rayon::current_num_threads();
         rows.push((

@@ -5,7 +5,9 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::{bench, calc, check, export, failure, fibres, lab, report, run, schema, template, validate};
+use crate::{
+    bench, calc, check, compare, export, failure, fibres, lab, report, run, schema, template, validate,
+};
 
 /// Virtual laboratory and casting simulator for fresh concrete and other yield-stress fluids.
 #[derive(Debug, Parser)]
@@ -49,6 +51,8 @@ enum Command {
     Resume(run::ResumeArguments),
     /// Make one page of a run: results, figures, pictures, checks
     Report(report::Arguments),
+    /// Show the same gauges of several runs side by side
+    Compare(compare::Arguments),
     /// Cut beams and planes out of a finished cast, and tell how the fibres in them lie
     Fibres(fibres::Arguments),
     /// Write the aggregates and fibres of a run as other programs read them
@@ -76,6 +80,7 @@ pub fn main() -> ExitCode {
             Command::Run(arguments) => run::run(arguments),
             Command::Resume(arguments) => run::resume(&arguments),
             Command::Report(arguments) => report::run(&arguments),
+            Command::Compare(arguments) => compare::run(&arguments),
             Command::Fibres(arguments) => fibres::run(&arguments),
             Command::Export(arguments) => export::run(&arguments),
             Command::Check(arguments) => check::run(&arguments),

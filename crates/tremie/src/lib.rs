@@ -11,6 +11,7 @@ mod bench;
 mod calc;
 mod check;
 mod cli;
+mod compare;
 mod export;
 mod failure;
 mod fibres;

@@ -116,7 +116,15 @@ impl Numbers {
         rows.extend([
             ("memory", format!("about {}", HumanBytes(plan.memory() as u64))),
             ("time step", seconds(plan.time_step())),
-            ("steps", format!("{} to {}{rest}", HumanCount(plan.steps() as u64), seconds(self.stop_time))),
+            (
+                "steps",
+                format!(
+                    "{}{} to {}{rest}",
+                    if plan.lattice().is_some() { "" } else { "at most " },
+                    HumanCount(plan.steps() as u64),
+                    seconds(self.stop_time)
+                ),
+            ),
         ]);
         rows.extend(match plan {
             Plan::Lattice(plan) => vec![

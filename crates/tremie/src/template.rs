@@ -33,10 +33,16 @@ macro_rules! template {
     };
 }
 
-const TEMPLATES: [Template; 20] = [
+const TEMPLATES: [Template; 22] = [
     template!("slump-flow", "a cone of concrete is let go and spreads on a plate (EN 12350-8)"),
     template!("l-box", "concrete flows under a gate and through bars along a channel (EN 12350-10)"),
     template!("planar-collapse", "a wall of concrete collapses when its forms are taken away (dam break)"),
+    template!("wu-slump", "a cone in a plane is lifted, by particles (Wu)", "wu-slump-text.toml"),
+    template!(
+        "wu-l-box",
+        "concrete flows from a column into a channel in a plane, by particles (Wu)",
+        "wu-l-box-text.toml"
+    ),
     template!("channel", "a body force drives concrete between two plates, periodic along the flow"),
     template!("drop", "a ball of concrete falls on the floor"),
     template!("dam-break", "a column of water collapses when its gate vanishes (Martin and Moyce)"),

@@ -620,7 +620,8 @@ fn what_particles_do_not_know_is_told() {
     let particles =
         SLUMP_FLOW.replace("\"lbm\"", "\"isph\"").replace("[lbm]", "[isph]\nspacing = \"10 mm\"\n\n[lbm]");
     let inlet = "[[inlet]]\ndisc = { centre = [\"0.2 m\", \"0.2 m\", \"0.3 m\"], direction = [0, 0, -1], diameter = \"80 mm\" }\nflow_rate = \"1 l/s\"\n\n[isph]";
-    let film = "x_max = { surface = { film = { wall_yield_stress = \"10 Pa\", wall_viscosity = \"200 Pa s/m\" } } }";
+    let film =
+        "x_max = { surface = { film = { wall_yield_stress = \"10 Pa\", wall_viscosity = \"200 Pa s/m\" } } }";
     for (right, wrong, says) in [
         ("[isph]", inlet, ["the method `isph` does not know inlets", "write method = \"lbm\""]),
         ("x_max = \"wall\"", film, ["knows no walls with a film", "a slip length"]),

@@ -10,7 +10,7 @@ use tremie_rheology::FlowCurve;
 use tremie_simulation::Cells;
 
 use super::benchmark::{Check, Context, observed_order, shown};
-use super::flow::{Flow, lattice};
+use super::flow::Flow;
 use super::profile::Model;
 
 /// Share of the largest velocity by which a flow may still change in one diffusion time when it counts as steady: far
@@ -36,7 +36,7 @@ pub(super) fn diffusion_time(case: &Case, height: f64) -> f64 {
 
 /// Makes the domain 8 x 1 x `cells` cells of the size `size` in m.
 pub(super) fn set_cells(case: &mut Case, size: f64, cells: usize) {
-    lattice(case).cell_size = size;
+    case.method.set_resolution(size);
     case.domain.max = case.domain.min + size * DVec3::new(8.0, 1.0, cells as f64);
 }
 
@@ -378,7 +378,7 @@ pub(super) fn couette_return(context: &Context) -> anyhow::Result<Vec<Check>> {
                 anyhow::bail!("the upper side must be a wall");
             };
             let size = gap(&case) / *cells as f64;
-            lattice(&mut case).cell_size = size;
+            case.method.set_resolution(size);
             case.domain.max.y = case.domain.min.y + size;
             let plastic_viscosity = case.material.curve.plastic_viscosity();
             let yield_stress = number * plastic_viscosity * velocity.x / gap(&case);

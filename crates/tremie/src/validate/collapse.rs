@@ -6,16 +6,16 @@ use tremie_rheology::FlowCurve;
 use tremie_simulation::Cells;
 
 use super::benchmark::{Check, Context, shown};
-use super::flow::{Flow, lattice};
+use super::flow::Flow;
 
 /// Height in cells of the fluid in each column of a planar flow, from the lower side of x on.
-fn heights(cells: &Cells) -> Vec<f64> {
+pub(super) fn heights(cells: &Cells) -> Vec<f64> {
     let column = |i| (0..cells.count[2]).map(|k| cells.fill[cells.index(i, 0, k)]).sum();
     (0..cells.count[0]).map(column).collect()
 }
 
 /// Distance in m of the front from the lower side of x: where, going outwards, the fluid is first less than half a cell high.
-fn front(cells: &Cells) -> f64 {
+pub(super) fn front(cells: &Cells) -> f64 {
     let cover: Vec<f64> = heights(cells).iter().map(|height| height.min(1.0)).collect();
     let dry = cover.iter().position(|cover| *cover < 0.5).unwrap_or(cover.len());
     let outside = cover.get(dry).copied().unwrap_or(0.0);
@@ -46,9 +46,9 @@ fn dam_break(context: &Context, coarser: f64) -> anyhow::Result<Vec<Check>> {
     /// Between two readings, in units of T.
     const READING: f64 = 0.02;
     let mut case = context.case("case.toml")?;
-    lattice(&mut case).cell_size *= coarser;
+    let size = coarser * case.method.resolution();
+    case.method.set_resolution(size);
     case.domain.max.y *= coarser;
-    let size = lattice(&mut case).cell_size;
     let (width, gravity) = (case.fluid[0].shape.bounds().1.x, -case.domain.gravity.z);
     let initial = case.fluid[0].shape.bounds().1.z;
     let cells = format!("{} cells", (width / size).round());
@@ -126,9 +126,9 @@ fn run_out(context: &Context, coarser: f64) -> anyhow::Result<Vec<Check>> {
     /// From here on how the column was let go does not matter any more.
     const FROM: f64 = 0.23;
     let mut case = context.case("case.toml")?;
-    lattice(&mut case).cell_size *= coarser;
+    let size = coarser * case.method.resolution();
+    case.method.set_resolution(size);
     case.domain.max.y *= coarser;
-    let size = lattice(&mut case).cell_size;
     let gate = case.fluid[0].shape.bounds().1.x;
     let mut flow = Flow::new(case);
     let mut checks = Vec::new();
@@ -157,9 +157,9 @@ pub(super) fn block_at_rest(context: &Context) -> anyhow::Result<Vec<Check>> {
 /// The case in cells `coarser` times as large.
 fn standing(context: &Context, coarser: f64) -> anyhow::Result<Vec<Check>> {
     let mut case = context.case("case.toml")?;
-    lattice(&mut case).cell_size *= coarser;
+    let size = coarser * case.method.resolution();
+    case.method.set_resolution(size);
     case.domain.max.y *= coarser;
-    let size = lattice(&mut case).cell_size;
     let end = case.stop.time;
     let block = case.fluid[0].shape.bounds().1;
     let edge = (block.x / size).round() as usize - 1;
@@ -198,9 +198,8 @@ pub(super) fn collapse_planar_bingham(context: &Context) -> anyhow::Result<Vec<C
 /// The block of the yield stress `b` rho g H in cells `coarser` times as large as those of the case.
 fn block(context: &Context, b: f64, coarser: f64) -> anyhow::Result<Vec<Check>> {
     let mut case = context.case("case.toml")?;
-    let lbm = lattice(&mut case);
-    lbm.cell_size *= coarser;
-    let size = lbm.cell_size;
+    let size = coarser * case.method.resolution();
+    case.method.set_resolution(size);
     let side = case.fluid[0].shape.bounds().1.z;
     // The domain stays a whole number of cells.
     case.domain.max = (case.domain.max / size).ceil() * size;

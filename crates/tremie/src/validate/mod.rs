@@ -24,6 +24,7 @@ mod mixture;
 mod momentum;
 mod orbit;
 mod packing;
+mod particles;
 mod pipe;
 mod profile;
 mod report;
@@ -126,6 +127,13 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(collapse::dam_break_bingham, "dam-break-bingham", "case.toml", "reference.csv", "paper.csv"),
     benchmark!(collapse::block_at_rest, "block-at-rest", "case.toml"),
     benchmark!(collapse::collapse_planar_bingham, "collapse-planar-bingham", "case.toml", "reference.csv"),
+    benchmark!(particles::hydrostatic_cloud, "hydrostatic-cloud"),
+    benchmark!(particles::tank, "tank-isph", "case.toml"),
+    benchmark!(particles::channels, "channel-isph", "case.toml"),
+    benchmark!(particles::taylor_green, "taylor-green"),
+    benchmark!(particles::planar_slump, "planar-slump", "isph.toml", "lbm.toml"),
+    benchmark!(collapse::block_at_rest, "block-isph", "case.toml"),
+    benchmark!(collapse::dam_break_water, "dam-break-isph", "case.toml", "reference.csv", "height.csv"),
     benchmark!(l_box::l_box_rest, "l-box-rest", "case.toml", "reference.csv"),
     benchmark!(control_volume::control_volume, "control-volume", "l-box.toml", "slab.toml"),
     benchmark!(cage::porous_cage, "porous-cage", "spacing-3.toml", "spacing-5.toml", "spacing-8.toml"),

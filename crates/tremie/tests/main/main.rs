@@ -592,6 +592,8 @@ fn a_new_case_is_ready_to_run_and_replaces_nothing() {
             "slump-flow",
             "l-box",
             "planar-collapse",
+            "wu-slump",
+            "wu-l-box",
             "channel",
             "drop",
             "dam-break",
