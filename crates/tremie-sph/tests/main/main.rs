@@ -1,5 +1,7 @@
 //! Particles against what is known of fluids.
 
+mod simulation;
+
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use tremie_cloud::{Dimension, nodes};
