@@ -89,7 +89,7 @@ pub(super) fn figures(
     summary: &Summary,
 ) -> Figures {
     let time = time(summary);
-    let cell_size = tremie_lbm::Plan::new(case).scaling.cell_size;
+    let cell_size = case.method.resolution();
     let mut headline = vec![(name, shown(summary))];
     let mut rows = vec![
         (name, shown(summary)),

@@ -121,7 +121,7 @@ pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
     let bars = number_of_bars(case);
     let class = class(step_mm, bars);
     let t500 = slump_flow::t500(summary);
-    let cell_size = tremie_lbm::Plan::new(case).scaling.cell_size;
+    let cell_size = case.method.resolution();
     let headline = vec![
         ("SFJ", format!("{} mm", to_ten(flow_mm))),
         ("t500J", t500.clone()),

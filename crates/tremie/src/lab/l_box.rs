@@ -208,7 +208,7 @@ pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
     let class = class(ratio, bars);
     let times = ["T200", "T400"].map(|name| summary.event(&format!("front_{name}_s")));
     let shown = |time: Option<f64>| time.map_or("not reached".to_owned(), |time| format!("{time:.1} s"));
-    let cell_size = tremie_lbm::Plan::new(case).scaling.cell_size;
+    let cell_size = case.method.resolution();
     let ratio_row = format!("{ratio:.2}  (H2/H1)");
     let headline = vec![
         ("PL", format!("{ratio:.2}")),

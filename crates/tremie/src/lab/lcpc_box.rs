@@ -134,7 +134,7 @@ pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
     let channel = LcpcBox { volume: readings.volume, ..LcpcBox::STANDARD };
     let found = channel.yield_stress(spread, density);
     let doubts = channel.warnings(&channel.at_rest(found, density));
-    let cell_size = tremie_lbm::Plan::new(case).scaling.cell_size;
+    let cell_size = case.method.resolution();
     let mm = |length: f64| format!("{:.0} mm", 1e3 * length);
     let pascals = format!("{} Pa", significant(found));
     let headline = vec![("spread L", mm(spread)), ("yield stress from L", pascals.clone())];

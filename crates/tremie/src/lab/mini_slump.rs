@@ -94,7 +94,7 @@ pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
         case.material.curve.yield_stress(),
         case.material.density,
     );
-    let cell_size = tremie_lbm::Plan::new(case).scaling.cell_size;
+    let cell_size = case.method.resolution();
     let headline = vec![("spread", format!("{mean:.0} mm"))];
     let rows = vec![
         ("spread", format!("{mean:.0} mm ({:.0} x {:.0} mm)", 1e3 * spread.x, 1e3 * spread.y)),

@@ -58,7 +58,7 @@ pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
     let [.., start] = cone::dimensions(case)?;
     let slump_mm = 1e3 * (start - summary.readings.top).max(0.0);
     let class = class(slump_mm);
-    let cell_size = tremie_lbm::Plan::new(case).scaling.cell_size;
+    let cell_size = case.method.resolution();
     let headline = vec![("slump", format!("{} mm", to_ten(slump_mm))), ("class", class.to_owned())];
     let mut rows = vec![
         ("slump", format!("{slump_mm:.0} mm, to the nearest 10 mm: {} mm", to_ten(slump_mm))),

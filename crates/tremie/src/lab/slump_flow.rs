@@ -63,7 +63,7 @@ pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
     let t500 = t500(summary);
     let estimate =
         cone::spread_of_a_sheet(cone::VOLUME, case.material.curve.yield_stress(), case.material.density);
-    let cell_size = tremie_lbm::Plan::new(case).scaling.cell_size;
+    let cell_size = case.method.resolution();
     let class = [Some(sf), vs].into_iter().flatten().collect::<Vec<_>>().join(", ");
     let headline = vec![
         ("slump flow", format!("{} mm", to_ten(flow_mm))),

@@ -126,7 +126,7 @@ name = "gate"
 /// The figures of the experiment, if the case measures its levels.
 pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
     let [h1, h2] = [summary.readings.level("H1")?, summary.readings.level("H2")?].map(|level| 1e3 * level);
-    let cell_size = tremie_lbm::Plan::new(case).scaling.cell_size;
+    let cell_size = case.method.resolution();
     let headline = vec![("H1 - H2", format!("{:.0} mm", h1 - h2)), ("H2", format!("{h2:.0} mm"))];
     let rows = vec![
         ("H1 - H2", format!("{:.0} mm", h1 - h2)),

@@ -5,6 +5,7 @@
 
 mod bodies;
 mod casts;
+mod particles;
 mod robustness;
 mod stl;
 
