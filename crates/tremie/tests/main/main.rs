@@ -653,6 +653,7 @@ fn the_schema_is_that_of_a_case_file() {
             "gauges",
             "inclusions",
             "inlet",
+            "isph",
             "lbm",
             "material",
             "method",
