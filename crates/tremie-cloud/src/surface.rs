@@ -1,7 +1,7 @@
 //! Which nodes lie at the free surface.
 //!
-//! Where neighbours are missing on one side, `b_i = B_i sum g_ij x_ij` (module `operators`) points to the others. On a lattice, with weights -W'/r of Wendland's kernel, b times the kernel's
-//! support is 2.7 in the outermost row of a plane, 0.8 in the one below it and 0 inside, and up to 0.6 on nodes that are disordered by 0.4 of their spacing; in space 2.4, 0.1 and 0.
+//! Where neighbours are missing on one side, `b_i = B_i sum g_ij x_ij` (module `operators`) points to the others. With weights -W'/r of Wendland's kernel over three spacings, b times the kernel's
+//! support is 2.5 in the outermost row of a square lattice, 0.3 in the one below it and 0 inside; on nodes that are off it by up to 0.4 of their spacing at random, 99 of 100 have less than 0.9.
 //! It is simpler than the number of neighbours, which is as small in holes, with a cone in which there is nobody (Lee et al. 2008; Marrone et al. 2010), and does not
 //! take for inside what stands alone before others.
 

@@ -19,8 +19,8 @@ pub struct Fluid {
     pub largest_viscosity: f64,
     /// Gravity in m/s2.
     pub gravity: DVec3,
-    /// Whether stress and shear rate are taken as Wu (2016, Eq. 3 to 7) prints them, with half of the strain-rate tensor's usual factor each: half of the stress at twice the shear rate,
-    /// which keeps the yield stress of the Cross fluid's stress tensor halved and quarters what flows.
+    /// Whether stress and shear rate are taken as Wu (2016, Eq. 3 to 7) prints them: mu E at the shear rate sqrt(E:E/2), half of what they are here. A Cross fluid then has its
+    /// yield stress, and half of its plastic viscosity.
     pub as_printed: bool,
 }
 

@@ -7,7 +7,7 @@ use tremie_numerics::DVec3;
 use crate::particles::{Particles, longest_fall};
 use crate::setup;
 
-/// Bytes that a particle takes, with its lists of neighbours and its rows of both linear systems while they are solved; measured.
+/// Bytes that a particle takes, with its lists of neighbours and its rows of both linear systems while they are solved: an estimate.
 const BYTES: [f64; 2] = [6e3, 3e4];
 
 /// The numbers of a run.

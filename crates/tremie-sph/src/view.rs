@@ -44,8 +44,8 @@ struct Sums {
 impl Isph {
     /// What there is to see.
     pub(crate) fn view(&self) -> Snapshot {
-        let mut cells = self.cells();
-        let faces = self.faces(&mut cells);
+        let cells = self.cells();
+        let faces = self.faces(&cells);
         let (solids, sides) = self.loads(&faces);
         let walls = WallLoads { sides, inlets: Vec::new(), faces };
         Snapshot {
@@ -190,10 +190,10 @@ impl Isph {
     }
 
     /// Pieces of wall beside cells that hold fluid, with what presses on them: the pressure in the cell, and the weight of half a cell below it.
-    fn faces(&self, cells: &mut Cells) -> Vec<WallFace> {
+    fn faces(&self, cells: &Cells) -> Vec<WallFace> {
         let (domain, size) = (&self.case.domain, cells.size);
         let weight = cells.density * self.particles.fluid.gravity;
-        let [nx, ny, nz] = cells.count;
+        let [nx, ny, _] = cells.count;
         let standing: Vec<(usize, Standing)> = {
             let space = &self.particles.space;
             let all = space.standing(self.particles.time()).into_iter().zip(&self.whose);
@@ -234,7 +234,6 @@ impl Isph {
                 });
             }
         }
-        let _ = nz;
         faces
     }
 

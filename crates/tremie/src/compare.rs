@@ -172,7 +172,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The label of an axis from the name of a column: its unit stands behind the last part that is one.
+/// The label of an axis from the name of a column, which ends with its unit.
 fn label(column: &str) -> String {
     column.replace('_', " ")
 }
