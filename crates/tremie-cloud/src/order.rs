@@ -33,7 +33,8 @@ pub struct Follower {
     pub turn: DMat3,
 }
 
-/// How far in m each node is to be moved, so many sweeps long, at most as far as `most` in m tells.
+/// How far in m each node is to be moved, so many sweeps long, at most as far as `most` in m tells, and not along `outward`, a unit vector out of the fluid where there is a surface that must not
+/// swell, zero elsewhere.
 ///
 /// The first nodes are those that have neighbours listed, within 1.6 spacings at least; all others follow.
 pub fn reorder(
@@ -43,6 +44,7 @@ pub fn reorder(
     spacing: f64,
     dimension: Dimension,
     most: &[f64],
+    outward: &[DVec3],
     sweeps: usize,
 ) -> Vec<DVec3> {
     let kernel = Smoothing::new(Kernel::Cubic, dimension, REACH * spacing);
@@ -79,7 +81,8 @@ pub fn reorder(
         let moved = |a: usize| {
             let others = near.of(a).iter().map(|b| *b as usize);
             let way: DVec3 = others.map(|b| (factors[a] + factor(b)) * slope(a, b)).sum();
-            (ways[a] + way.clamp_length_max(MOST * spacing)).clamp_length_max(most[a])
+            let way = ways[a] + way.clamp_length_max(MOST * spacing);
+            (way - way.dot(outward[a]).max(0.0) * outward[a]).clamp_length_max(most[a])
         };
         ways = each().map(moved).collect();
         at.par_iter_mut().enumerate().for_each(|(n, at)| {
@@ -114,7 +117,8 @@ mod tests {
         }
         let near = Neighbours::within(&positions, 2.0 * spacing);
         let most = vec![spacing; positions.len()];
-        let ways = reorder(&positions, &near, &[], spacing, dimension, &most, sweeps);
+        let free = vec![DVec3::ZERO; positions.len()];
+        let ways = reorder(&positions, &near, &[], spacing, dimension, &most, &free, sweeps);
         positions.iter_mut().zip(ways).for_each(|(at, way)| *at += way);
         let near = Neighbours::within(&positions, 2.0 * spacing);
         let nearest = |n: usize| {

@@ -1,12 +1,26 @@
 //! Particles and their step.
+//!
+//! From places x and velocities u at a time to those a step dt later:
+//!
+//! ```text
+//!     x_h = x + dt/2 u                                       half-way: shear rates, and from them viscosities, are those there
+//!     u* = u + dt/rho (div(2 mu E*) + rho g - grad p)        at x_h, implicitly (module `viscosity`)
+//!     p'                                                     so that u' = u* - dt/rho grad (p' - p) is free of divergence at x* = x + dt/2 (u + u*) (module `pressure`)
+//!     u' = u* - dt/rho grad (p' - p)                         with the gradient at x_h
+//!     x' = x + dt/2 (u + u') and what brings particles back to order (modules `pressure`, `tremie_cloud::reorder`)
+//! ```
+//!
+//! Wu (2016) takes the gradient where particles are at the end, by which a vortex turning at omega loses dt omega^2/2 of its energy in a time; half-way it loses nothing, as by
+//! leap-frogging. The velocities become those of the fluid at x'.
 
-use tremie_cloud::{Failure, Follower, reorder};
+use tremie_cloud::{Failure, Follower, Gradients, reorder};
 use tremie_numerics::DVec3;
 use tremie_rheology::FlowCurve;
 
+use crate::pressure::{self, Poisson};
 use crate::space::Space;
 use crate::surroundings::{Source, Surroundings};
-use crate::{pressure, viscosity};
+use crate::viscosity;
 
 /// What flows.
 #[derive(Debug, Clone, Copy)]
@@ -155,34 +169,41 @@ impl Particles {
     /// # Errors
     /// If one of the linear systems cannot be solved.
     pub fn advance(&mut self) -> Result<(), Failure> {
-        let step = self.time_step();
-        let before = Surroundings::new(&self.positions, &self.space, self.time, step);
+        let (step, fluid, space) = (self.time_step(), self.fluid, &self.space);
         if self.time == 0.0 {
-            self.pressures = pressure::at_rest(&before, &self.fluid)?;
+            let start = Surroundings::new(&self.positions, space, self.time, step);
+            self.pressures = Poisson::new(&start, &fluid).at_rest()?;
         }
-        self.shear_rates = shear_rates(&before, &self.velocities);
-        let viscosity: Vec<f64> = self.shear_rates.iter().map(|rate| self.fluid.viscosity(*rate)).collect();
-        let mut velocities = self.velocities.clone();
-        let pushed = pressure::gradients(&before, &self.fluid, &self.pressures);
-        let force = |a: usize| self.fluid.density * self.fluid.gravity - pushed[a];
-        let viscous = viscosity::System::new(&before, &viscosity);
-        let iterations = match self.stepping.explicit {
-            true => viscous.push(&self.fluid, force, &mut velocities, step),
-            false => viscous.diffuse(&self.fluid, force, &mut velocities, step)?,
-        };
-        let go = |by: &dyn Fn(usize) -> DVec3| -> Vec<DVec3> {
-            let way = |(n, at): (usize, &DVec3)| *at + step * by(n);
-            self.positions.iter().enumerate().map(way).collect()
-        };
         // Those that have left the box are seen as copies are: they come back at the end.
-        let after = Surroundings::new(&go(&|n| velocities[n]), &self.space, self.time + step, step);
+        let go = |share: f64, with: &[DVec3]| -> Vec<DVec3> {
+            let way = |((at, one), other): ((&DVec3, &DVec3), &DVec3)| *at + share * step * (*one + *other);
+            self.positions.iter().zip(&self.velocities).zip(with).map(way).collect()
+        };
+        let half = Surroundings::new(&go(0.25, &self.velocities), space, self.time + 0.5 * step, step);
+        let gradients = half.gradients();
+        self.shear_rates = shear_rates(&half, &gradients, &self.velocities);
+        let viscosity: Vec<f64> = self.shear_rates.iter().map(|rate| fluid.viscosity(*rate)).collect();
+        let pushed = pressure::slopes(&half, &gradients, &fluid, &self.pressures);
+        let force = |a: usize| fluid.density * fluid.gravity - pushed[a];
+        let viscous = viscosity::System::new(&half, &half.surface(&gradients), &viscosity);
+        let mut velocities = self.velocities.clone();
+        let diffusion = match self.stepping.explicit {
+            true => viscous.push(&fluid, force, &mut velocities, step),
+            false => viscous.diffuse(&fluid, force, &mut velocities, step)?,
+        };
+        let after = Surroundings::new(&go(0.5, &velocities), space, self.time + step, step);
+        let poisson = Poisson::new(&after, &fluid);
         let mut pressures = self.pressures.clone();
-        let projection =
-            pressure::project(&after, &self.fluid, &pushed, &mut pressures, &mut velocities, step)?;
-        let positions = go(&|n| 0.5 * (self.velocities[n] + velocities[n]));
-        self.iterations = [iterations, projection];
-        (self.positions, self.velocities, self.pressures) = (positions, velocities, pressures);
-        self.part(&after, step);
+        let projection = poisson.project(&pushed, &mut pressures, &velocities, step)?;
+        let pushes = pressure::slopes(&half, &gradients, &fluid, &pressures);
+        for (u, (new, old)) in velocities.iter_mut().zip(pushes.iter().zip(&pushed)) {
+            *u -= step / fluid.density * (*new - *old);
+        }
+        let spread = poisson.spread(&velocities, step)?;
+        let places: Vec<DVec3> = go(0.5, &velocities).iter().zip(spread).map(|(at, way)| *at + way).collect();
+        self.iterations = [diffusion, projection];
+        (self.velocities, self.pressures) = (velocities, pressures);
+        self.arrange(&after, &poisson, &places, step);
         self.keep_out(step);
         self.time += step;
         Ok(())
@@ -205,31 +226,33 @@ impl Particles {
         }
     }
 
-    /// Parts particles that have come too near to each other; their velocities become those of the fluid where they are then.
-    fn part(&mut self, after: &Surroundings, step: f64) {
+    /// Moves particles from where they are `after` the step, by velocities that were not yet without divergence, to where they are to be: to `places` in m, apart from each other.
+    /// Their velocities become those of the fluid there.
+    fn arrange(&mut self, after: &Surroundings, poisson: &Poisson, places: &[DVec3], step: f64) {
         let space = &self.space;
-        let mut all = self.positions.clone();
         let follower = |source: &Source| Follower { of: source.of, turn: source.mirror };
-        let followers: Vec<Follower> = after.sources[self.positions.len()..].iter().map(follower).collect();
+        let followers: Vec<Follower> = after.sources[after.number..].iter().map(follower).collect();
         // Images and copies are as far from where they were as their particles, each in its mirror.
-        let gone: Vec<DVec3> =
-            self.positions.iter().zip(&after.positions).map(|(to, from)| *to - *from).collect();
-        let others = after.positions[self.positions.len()..].iter().zip(&followers);
-        all.extend(others.map(|(at, follower)| *at + follower.turn * gone[follower.of]));
+        let gone: Vec<DVec3> = places.iter().zip(&after.positions).map(|(to, from)| *to - *from).collect();
+        let others = after.positions[after.number..].iter().zip(&followers);
+        let others = others.map(|(at, follower)| *at + follower.turn * gone[follower.of]);
+        let all: Vec<DVec3> = places.iter().copied().chain(others).collect();
         let most: Vec<f64> = self.velocities.iter().map(|u| PARTS * u.length() * step).collect();
-        let ways = reorder(&all, &after.near, &followers, space.spacing, space.dimension, &most, SWEEPS);
-        let gradients = after.gradients();
+        // Who is parted from others must not swell the fluid.
+        let outward = after.each(|a| match poisson.gradients.leaning(a) {
+            Some(b) if poisson.surface[a] => -b.normalize_or_zero(),
+            _ => DVec3::ZERO,
+        });
+        let ways =
+            reorder(&all, &after.near, &followers, space.spacing, space.dimension, &most, &outward, SWEEPS);
+        self.positions = places.iter().zip(ways).map(|(at, way)| *at + way).collect();
         let seen = after.velocities(&self.velocities);
         // At the surface gradients are told from one side only.
-        let surface = after.surface();
-        let changes = after.each(|a| match ways[a] {
-            way if surface[a] || way == DVec3::ZERO => DVec3::ZERO,
-            way => gradients.velocity_gradient(a, &seen) * way,
+        let changes = after.each(|a| match self.positions[a] - after.positions[a] {
+            _ if poisson.surface[a] => DVec3::ZERO,
+            way => poisson.gradients.velocity_gradient(a, &seen) * way,
         });
-        for (n, way) in ways.into_iter().enumerate() {
-            self.positions[n] += way;
-            self.velocities[n] += changes[n];
-        }
+        self.velocities.iter_mut().zip(changes).for_each(|(u, change)| *u += change);
     }
 }
 
@@ -239,8 +262,7 @@ pub(crate) fn longest_fall(length: f64, gravity: DVec3) -> f64 {
 }
 
 /// Shear rates sqrt(2 E:E) in 1/s of velocities in m/s.
-pub(crate) fn shear_rates(around: &Surroundings, velocities: &[DVec3]) -> Vec<f64> {
-    let gradients = around.gradients();
+pub(crate) fn shear_rates(around: &Surroundings, gradients: &Gradients, velocities: &[DVec3]) -> Vec<f64> {
     let all = around.velocities(velocities);
     around.each(|a| {
         let l = gradients.velocity_gradient(a, &all);

@@ -108,8 +108,17 @@ fn settle(particles: &mut Particles) {
         .map(|source| Follower { of: source.of, turn: source.mirror })
         .collect();
     let most = vec![FAR * space.spacing; around.number];
-    let ways =
-        reorder(&around.positions, &around.near, &followers, space.spacing, space.dimension, &most, SETTLES);
+    let free = vec![DVec3::ZERO; around.number];
+    let ways = reorder(
+        &around.positions,
+        &around.near,
+        &followers,
+        space.spacing,
+        space.dimension,
+        &most,
+        &free,
+        SETTLES,
+    );
     particles.positions.iter_mut().zip(ways).for_each(|(at, way)| *at += way);
 }
 

@@ -68,7 +68,7 @@ impl Surroundings {
         for image in &mirrored {
             let number = image.wall as usize;
             let (parent, wall) = (sources[image.of as usize], &space.walls[number]);
-            let velocity = wall.velocity(time, step);
+            let velocity = wall.velocity(time - 0.5 * step, step);
             let seen = |u: DVec3| image.velocity(u, velocity, wall.slip_length);
             let still = seen(DVec3::ZERO);
             let turn =
@@ -141,9 +141,9 @@ impl Surroundings {
         Gradients::new(&self.positions, &self.near, self.dimension, weight)
     }
 
-    /// Which particles are at the free surface.
-    pub(crate) fn surface(&self) -> Vec<bool> {
-        at_surface(&self.gradients(), self.kernel.support())
+    /// Which particles are at the free surface, by what gradients are formed with.
+    pub(crate) fn surface(&self, gradients: &Gradients) -> Vec<bool> {
+        at_surface(gradients, self.kernel.support())
     }
 }
 

@@ -261,7 +261,10 @@ impl Isph {
         let around = Surroundings::new(&particles.positions, space, particles.time(), particles.time_step());
         let viscosity: Vec<f64> =
             particles.shear_rates.iter().map(|rate| particles.fluid.viscosity(*rate)).collect();
-        for (wall, at, pull) in System::new(&around, &viscosity).pulls(&viscosity, &particles.velocities) {
+        let surface = around.surface(&around.gradients());
+        for (wall, at, pull) in
+            System::new(&around, &surface, &viscosity).pulls(&viscosity, &particles.velocities)
+        {
             // On planes of symmetry only what is across them, which is pressure.
             let bears = match self.whose[wall] {
                 Wall::Side(number) => matches!(self.case.domain.sides[number], Side::Wall { .. }),
