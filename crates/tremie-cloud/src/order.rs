@@ -8,7 +8,8 @@
 //!     dx_i = sum_j (lambda_i + lambda_j) g_ij
 //! ```
 //!
-//! in sweeps over all nodes at once. Where there are too few nodes, at the surface, nothing draws them together. The kernel has a slope in its middle, so that nodes at almost the same place part.
+//! in sweeps over all nodes at once. Where there are too few nodes, at the surface, nothing draws them together. The kernel has a slope in its middle, so that nodes at almost the same place part. Nodes
+//! at a surface may be held back from going outward, or those inside would push them out bit by bit, and the fluid would swell.
 
 use rayon::prelude::*;
 use tremie_numerics::{DMat3, DVec3};

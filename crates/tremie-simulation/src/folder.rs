@@ -14,7 +14,7 @@
 //! | `orientation.csv`, `orientation.pvd`, `orientation_000000.vtp` ... | how fibres lie, region by region |
 //! | `sections.csv` | fibres through the sections of the case over time |
 //! | `filling.vti`, `filling_time_cut.png`, `filling_time_level.png` ... | how the form filled, if the case asks for it |
-//! | `above_000000.png`, `cut_000000.png`, `batches_000000.png`, `orientation_lower_000000.png`, `orientation_upper_000000.png`, `viscosity_000000.png` ... | pictures |
+//! | `above_000000.png`, `cut_000000.png`, `pressure_000000.png`, `shear_rate_000000.png`, `batches_000000.png`, `orientation_lower_000000.png`, `orientation_upper_000000.png`, `viscosity_000000.png` ... | pictures |
 //! | `report.html` | all of it as a page, if one was asked for |
 //! | `fibres/` | beams and planes that were cut out of it, if they were asked for; a run leaves it alone |
 //! | `checkpoint.tremie` | the state to go on from |
@@ -127,7 +127,7 @@ const FILES: [&str; 15] = [
     CHECKPOINT,
 ];
 /// Prefixes and endings of the files that are numbered.
-const NUMBERED: [(&str, &str); 10] = [
+const NUMBERED: [(&str, &str); 12] = [
     ("fluid_", ".vti"),
     ("surface_", ".vtp"),
     ("bodies_", ".vtp"),
@@ -136,6 +136,8 @@ const NUMBERED: [(&str, &str); 10] = [
     ("orientation_upper_", ".png"),
     ("above_", ".png"),
     ("cut_", ".png"),
+    ("pressure_", ".png"),
+    ("shear_rate_", ".png"),
     ("viscosity_", ".png"),
     ("batches_", ".png"),
 ];
@@ -485,6 +487,7 @@ mod tests {
             "fluid.pvd",
             "fluid_000012.vti",
             "cut_000000.png",
+            "shear_rate_000000.png",
             "filling.vti",
             "filling_time_cut.png",
             "orientation.csv",

@@ -1,6 +1,6 @@
-//! Pictures of a snapshot: the surface from above, and a quantity in a vertical cut.
+//! Pictures of a snapshot: the surface from above, and quantities in a vertical cut.
 //!
-//! Both show the whole body, with its mirror images, in a frame that stays the same throughout a run.
+//! All show the whole body, with its mirror images, in a frame that stays the same throughout a run.
 
 use std::ops::Range;
 
@@ -16,6 +16,10 @@ use crate::folder::RunFolder;
 use crate::gauges::{Half, Region, held, regions};
 use crate::plan::{Axis, Plan};
 use crate::{Cells, Fluid, Snapshot};
+
+/// What is shown in a vertical cut of every run, and the names of its pictures.
+const CUTS: [(Quantity, &str); 3] =
+    [(Quantity::Speed, "cut"), (Quantity::Pressure, "pressure"), (Quantity::ShearRate, "shear_rate")];
 
 /// Draws the pictures of one moment, at `time` in s.
 pub(crate) fn draw(
@@ -42,8 +46,11 @@ pub(crate) fn draw(
         cut(cells, case, Quantity::Batch, Frame::Domain, &title)?
             .write(&folder.path().join(format!("batches_{number:06}.png")))?;
     }
-    cut(cells, case, Quantity::Speed, Frame::Domain, &title)?
-        .write(&folder.path().join(format!("cut_{number:06}.png")))
+    for (quantity, name) in CUTS {
+        cut(cells, case, quantity, Frame::Domain, &title)?
+            .write(&folder.path().join(format!("{name}_{number:06}.png")))?;
+    }
+    Ok(())
 }
 
 /// Names of the pictures of how the form filled, each in the vertical cut and at half the height of the fluid.

@@ -13,7 +13,7 @@
 //!     dx = grad phi,    lap phi = k (n/n0 - 1),    phi = 0 at the free surface,    d phi/dn = 0 at walls
 //! ```
 //!
-//! with n the share of the volume around that particles stand for, n0 that of a lattice, and k the share that is taken back while one goes a smoothing length: what is at rest stays there.
+//! with n the share of the volume around that particles stand for, n0 that of a lattice, less right below a surface, and k the share that is taken back, as large as the way that a particle goes: what is at rest stays there.
 //!
 //! The Laplacian of Wu (2016, Eq. 20) is wrong for linear fields where part of the kernel is empty, which is two rows of particles below a surface, and wrong everywhere on disordered particles; so
 //! the weights of its pairs are corrected as those of Lagrangian differencing dynamics are (`tremie_cloud::Gradients::laplacian`), and a hydrostatic pressure is exact on any cloud.
@@ -31,9 +31,9 @@ const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-7,
 /// Places need not be as exact.
 const ROUGHLY: Settings = Settings { tolerance: 1e-2, ..SETTINGS };
 
-/// Share of what particles stand too near to each other or too far apart that is taken back while one goes a smoothing length.
+/// How much of what particles stand too near to each other or too far apart is taken back, over the smoothing lengths that one goes in a step: all of it in steps of the usual length.
 const RELAXES: f64 = 4.0;
-/// What of the volume around is missing below a surface, over how one-sided the neighbours are there times the kernel's support.
+/// What of the volume around is missing right below a flat surface, over how one-sided the neighbours are there times the kernel's support.
 const MISSING: f64 = 0.1;
 
 /// Problems of Poisson over particles, zero at the free surface.

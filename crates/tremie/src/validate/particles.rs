@@ -191,8 +191,8 @@ pub(super) fn taylor_green(context: &Context) -> anyhow::Result<Vec<Check>> {
     Ok(checks)
 }
 
-/// The same planar slump by particles and by the lattice.
-pub(super) fn planar_slump(context: &Context) -> anyhow::Result<Vec<Check>> {
+/// The same slump by particles and by the lattice: what is at the lower side of y.
+pub(super) fn both_methods(context: &Context) -> anyhow::Result<Vec<Check>> {
     const TIMES: [f64; 6] = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0];
     let run = |case: Case| -> anyhow::Result<Vec<Cells>> {
         let mut flow = Flow::new(case);
