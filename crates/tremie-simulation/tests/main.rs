@@ -312,6 +312,8 @@ fn a_run_to_the_end_time_leaves_all_results() {
         numbered("surface", 7, "vtp"),
         numbered("above", 4, "png"),
         numbered("cut", 4, "png"),
+        numbered("pressure", 4, "png"),
+        numbered("shear_rate", 4, "png"),
         ["case.toml", "checkpoint.tremie", "fluid.pvd", "series.csv", "summary.json", "surface.pvd"]
             .map(str::to_owned)
             .to_vec(),
