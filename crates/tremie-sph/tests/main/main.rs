@@ -2,6 +2,8 @@
 
 mod simulation;
 
+use std::f64::consts::TAU;
+
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use tremie_cloud::{Dimension, nodes};
@@ -50,6 +52,50 @@ fn tank(
     let space = Space { walls, ..Space::free(dimension, spacing) };
     let stepping = Stepping { courant: 0.2, longest: 0.01, explicit: false };
     Particles::new(positions, space, fluid, stepping)
+}
+
+/// Rate in 1/s at which four vortices in a periodic square of 1 m, so many particles along its edge, lose their energy until a time in s; exactly 4 nu (2 pi/m)^2 (Taylor and Green 1937).
+fn decay(edge: usize, fluid: Fluid, explicit: bool, end: f64) -> f64 {
+    let spacing = 1.0 / edge as f64;
+    let full = Body::Shape(Shape::Box { min: DVec3::ZERO, max: DVec3::ONE });
+    let periodic = [true, false, true];
+    let space =
+        Space { low: DVec3::ZERO, high: DVec3::ONE, periodic, ..Space::free(Dimension::Two, spacing) };
+    let stepping = Stepping { courant: 0.25, longest: 0.1, explicit };
+    let positions = nodes(&full, spacing, Dimension::Two, 0.5);
+    let fluid = Fluid { gravity: DVec3::ZERO, ..fluid };
+    let mut particles = Particles::new(positions, space, fluid, stepping);
+    for (at, u) in particles.positions.iter().zip(&mut particles.velocities) {
+        let (x, z) = (TAU * at.x, TAU * at.z);
+        *u = DVec3::new(x.sin() * z.cos(), 0.0, -x.cos() * z.sin());
+    }
+    let energy = |particles: &Particles| particles.velocities.iter().map(|u| u.length_squared()).sum::<f64>();
+    let first = energy(&particles);
+    while particles.time() < end {
+        particles.advance().unwrap_or_else(|error| panic!("{error}"));
+    }
+    -(energy(&particles) / first).ln() / particles.time()
+}
+
+/// The viscous part by velocities before and after the step, and as Wu (2016) prints it: by half of the viscosity.
+#[test]
+fn vortices_die_away_by_the_viscosity() {
+    let exact = 4.0 * 0.05 * TAU * TAU;
+    let shares = [
+        decay(24, water(50.0), false, 0.1) / exact,
+        decay(24, water(50.0), true, 0.1) / exact,
+        2.0 * decay(24, Fluid { as_printed: true, ..water(50.0) }, false, 0.1) / exact,
+    ];
+    for share in shares {
+        assert!((share - 1.0).abs() < 0.05, "{shares:?}");
+    }
+}
+
+/// Pressure alone takes no energy from particles, while they go around their vortices.
+#[test]
+fn vortices_without_viscosity_stay() {
+    let rate = decay(32, water(1e-3), false, 1.0);
+    assert!(rate.abs() < 0.06, "{rate} 1/s");
 }
 
 /// On any cloud: a hydrostatic pressure is linear.

@@ -111,3 +111,72 @@ fn a_slump_is_symmetric() {
     assert!((left / right - 1.0).abs() < 0.02, "{left} {right}");
     assert!(column(nx / 2 + 10) > 0.0);
 }
+
+/// A cone of concrete in space that is let go, in a box with these lower corner and sides.
+fn cone(min: &str, sides: &str) -> Case {
+    let text = format!(
+        r#"title = "Slump"
+method = "isph"
+
+[material]
+density = "2000 kg/m3"
+bingham = {{ yield_stress = "50 Pa", plastic_viscosity = "20 Pa s" }}
+
+[domain]
+min = {min}
+max = ["240 mm", "240 mm", "320 mm"]
+sides = {{ {sides} }}
+
+[[fluid]]
+cone = {{ base = ["0 mm", "0 mm", "0 mm"], base_diameter = "200 mm", top_diameter = "100 mm", height = "300 mm" }}
+
+[isph]
+spacing = "20 mm"
+
+[gauges]
+interval = "10 ms"
+
+[stop]
+time = "1 s"
+"#
+    );
+    Case::parse("slump.toml", &text).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A quarter of a slump between planes of symmetry is a quarter of it.
+#[test]
+fn a_quarter_of_a_slump_in_space_is_as_the_whole() {
+    let quarter = cone(r#"["0 mm", "0 mm", "0 mm"]"#, r#"x_min = "symmetry", y_min = "symmetry""#);
+    let whole = cone(r#"["-240 mm", "-240 mm", "0 mm"]"#, "");
+    let [quarter, whole] = [quarter, whole].map(|case| {
+        let mut slump = tremie_sph::simulation(&case);
+        let volume = |cells: &Cells| cells.fill.iter().sum::<f64>() * cells.size.powi(3);
+        let before = volume(&cells(slump.as_ref()));
+        while slump.time() < 0.3 {
+            slump.advance().unwrap();
+        }
+        let after = cells(slump.as_ref());
+        let [nx, ny, _] = after.count;
+        let lifted: f64 = (0..after.fill.len())
+            .map(|n| after.fill[n] * after.centre(0, 0, n / (nx * ny)).z * after.size.powi(3))
+            .sum();
+        (volume(&after) / before, lifted / volume(&after))
+    });
+    assert!((quarter.0 / whole.0 - 1.0).abs() < 0.02, "volume {quarter:?} {whole:?}");
+    assert!((quarter.1 / whole.1 - 1.0).abs() < 0.03, "mean height {quarter:?} {whole:?}");
+}
+
+/// What leaves through an open side is gone, and counted.
+#[test]
+fn fluid_leaves_through_open_sides() {
+    let open = r#"x_min = "open", x_max = "open", y_min = "open", y_max = "open""#;
+    let case = cone(r#"["-120 mm", "-240 mm", "0 mm"]"#, open);
+    let mut slump = tremie_sph::simulation(&case);
+    let before = slump.load().wet;
+    while slump.time() < 0.5 {
+        slump.advance().unwrap();
+    }
+    let (after, left) = (slump.load().wet, slump.snapshot().outflow.unwrap());
+    assert!(after < before, "{before} {after}");
+    assert!((left / 0.02_f64.powi(3) - (before - after) as f64).abs() < 1e-6, "{left}");
+}
