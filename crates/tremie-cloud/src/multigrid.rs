@@ -2,7 +2,7 @@
 //!
 //! The nodes of a cell of space move together on the next level, which has the sum of their rows and columns (aggregation with Galerkin's coarse
 //! matrix), and so on with cells twice as large each time. What is known of nodes is the same all over the cell, and where it is a velocity the cell turns besides, about the middle
-//! of its nodes: fluid that has not yielded moves as a solid does, and drops of it spin. A cycle smooths by damped Jacobi sweeps, all unknowns of a node at once, corrects by the next level and smooths again. Such pieces are
+//! of its nodes: fluid that has not yielded moves as a solid does, and drops of it spin. A cycle smooths by damped Jacobi sweeps, all unknowns of a node or cell at once, corrects by the next level and smooths again. Such pieces are
 //! stiffer than what they stand for: the correction is taken [`OVER`] times (Braess 1995).
 //!
 //! A node without entries beside the diagonal, such as a given pressure, is solved by the sweeps and belongs to no cell.
@@ -10,7 +10,7 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
-use tremie_numerics::{DMat3, DVec3};
+use tremie_numerics::DVec3;
 
 use crate::Matrix;
 use crate::matrix::rows;
@@ -33,6 +33,9 @@ struct Level {
     /// The same for each row of this level.
     moved: Vec<Vec<(u32, f64)>>,
     matrix: Matrix,
+    /// Unknowns of a cell, and the inverses of what couples those of each; none if there is one.
+    unknowns: usize,
+    inverses: Vec<Inverse>,
 }
 
 /// The levels below a matrix.
@@ -40,7 +43,7 @@ struct Level {
 pub struct Multigrid {
     /// Unknowns of a node, and the inverses of what couples those of each; none if there is one.
     kinds: usize,
-    inverses: Vec<DMat3>,
+    inverses: Vec<Inverse>,
     levels: Vec<Level>,
 }
 
@@ -134,8 +137,12 @@ fn coarser(fine: &Matrix, pieces: &Pieces, kinds: usize) -> Option<(Level, Piece
         columns.iter().for_each(|(column, by)| moved[*column as usize].push((row, *by)));
     }
     let matrix = galerkin(fine, &moves, members.values(), old, new);
+    let inverses = if new == 1 { Vec::new() } else { inverses(&matrix, new) };
     let cells = members.into_keys().collect();
-    Some((Level { moves, moved, matrix }, Pieces { at, cells, unknowns: new, length }))
+    Some((
+        Level { moves, moved, matrix, unknowns: new, inverses },
+        Pieces { at, cells, unknowns: new, length },
+    ))
 }
 
 /// The sums of rows and columns over cells: P^T A P, P being `moves`.
@@ -183,27 +190,58 @@ fn galerkin<'a>(
     Matrix::from_rows(rows.into_iter().flatten())
 }
 
-/// The inverses of what couples the unknowns of each node.
-fn inverses(matrix: &Matrix, kinds: usize) -> Vec<DMat3> {
-    let of = |node: usize| {
-        let mut block = DMat3::IDENTITY;
-        for k in 0..kinds {
-            let row = node * kinds + k;
-            block.col_mut(k)[k] = matrix.diagonal[row];
-            for (column, value) in matrix.others(row).filter(|(column, _)| column / kinds == node) {
-                block.col_mut(column % kinds)[k] = value;
+/// Unknowns of a piece at most: what moves and turns in space.
+const MOST: usize = 6;
+
+/// The inverse of what couples the unknowns of a piece; what is as good as not there stays zero.
+type Inverse = [[f64; MOST]; MOST];
+
+/// The inverses of what couples the unknowns of each piece, so many of them. Smoothed row by row instead, what is stiff along one slanted line only would grow.
+fn inverses(matrix: &Matrix, unknowns: usize) -> Vec<Inverse> {
+    let of = |piece: usize| {
+        let mut block = [[0.0; MOST]; MOST];
+        for (k, of_row) in block.iter_mut().enumerate().take(unknowns) {
+            let row = piece * unknowns + k;
+            of_row[k] = matrix.diagonal[row];
+            for (column, value) in matrix.others(row).filter(|(column, _)| column / unknowns == piece) {
+                of_row[column % unknowns] = value;
             }
         }
-        block.inverse()
+        inverse(block, unknowns)
     };
-    (0..matrix.len() / kinds).map(of).collect()
+    (0..matrix.len() / unknowns).into_par_iter().with_min_len(256).map(of).collect()
 }
 
-/// How a level is smoothed: node by node where inverses are given, row by row elsewhere.
+/// By Gauss and Jordan along the diagonal, which is positive.
+fn inverse(mut block: Inverse, unknowns: usize) -> Inverse {
+    let scale: [f64; MOST] = std::array::from_fn(|k| block[k][k]);
+    for k in 0..unknowns {
+        let pivot = block[k][k];
+        if pivot.abs() <= 1e-10 * scale[k].abs() {
+            for j in 0..unknowns {
+                block[k][j] = 0.0;
+                block[j][k] = 0.0;
+            }
+            continue;
+        }
+        block[k][k] = 1.0;
+        block[k].iter_mut().take(unknowns).for_each(|value| *value /= pivot);
+        let row = block[k];
+        for j in (0..unknowns).filter(|j| *j != k) {
+            let by = std::mem::replace(&mut block[j][k], 0.0);
+            for (value, of_row) in block[j].iter_mut().zip(row).take(unknowns) {
+                *value -= by * of_row;
+            }
+        }
+    }
+    block
+}
+
+/// How a level is smoothed: piece by piece where inverses are given, row by row elsewhere.
 #[derive(Clone, Copy)]
 struct Sweeps<'a> {
     kinds: usize,
-    inverses: &'a [DMat3],
+    inverses: &'a [Inverse],
 }
 
 impl Sweeps<'_> {
@@ -215,7 +253,7 @@ impl Sweeps<'_> {
         let (node, k) = (row / self.kinds, row % self.kinds);
         let of = &residual[node * self.kinds..(node + 1) * self.kinds];
         let inverse = &self.inverses[node];
-        DAMPING * of.iter().enumerate().map(|(j, r)| inverse.col(j)[k] * r).sum::<f64>()
+        DAMPING * of.iter().zip(inverse[k]).map(|(r, by)| by * r).sum::<f64>()
     }
 
     fn sweep(self, matrix: &Matrix, b: &[f64], x: &mut [f64], residual: &mut [f64]) {
@@ -238,7 +276,8 @@ fn descend(matrix: &Matrix, sweeps: Sweeps, below: &[Level], b: &[f64]) -> Vec<f
     rows(&mut coarse, |row, sum| {
         *sum = next.moved[row].iter().map(|(fine, by)| by * residual[*fine as usize]).sum();
     });
-    let correction = descend(&next.matrix, Sweeps { kinds: 1, inverses: &[] }, rest, &coarse);
+    let correction =
+        descend(&next.matrix, Sweeps { kinds: next.unknowns, inverses: &next.inverses }, rest, &coarse);
     rows(&mut x, |row, x| {
         *x +=
             OVER * next.moves[row].iter().map(|(coarse, by)| by * correction[*coarse as usize]).sum::<f64>();
