@@ -13,7 +13,7 @@
 //! Wu (2016) takes the gradient where particles are at the end, by which a vortex turning at omega loses dt omega^2/2 of its energy in a time; half-way it loses nothing, as by
 //! leap-frogging. The velocities become those of the fluid at x'.
 
-use tremie_cloud::{Failure, Follower, Gradients, Kernel, Smoothing, reorder};
+use tremie_cloud::{Failure, Follower, Gradients, reorder};
 use tremie_numerics::DVec3;
 use tremie_rheology::FlowCurve;
 
@@ -261,12 +261,10 @@ pub(crate) fn longest_fall(length: f64, gravity: DVec3) -> f64 {
     FALL * (length / gravity.length()).sqrt()
 }
 
-/// Shear rates sqrt(2 E:E) in 1/s of velocities in m/s, by neighbours within two spacings where these tell: a mean over more of them is above zero far into fluid that has not yielded, which then flows.
+/// Shear rates sqrt(2 E:E) in 1/s of velocities in m/s.
 pub(crate) fn shear_rates(around: &Surroundings, gradients: &Gradients, velocities: &[DVec3]) -> Vec<f64> {
     let all = around.velocities(velocities);
-    let close = around.gradients_by(Smoothing::new(Kernel::Wendland, around.dimension, around.spacing));
     around.each(|a| {
-        let gradients = if close.tells(a) { &close } else { gradients };
         let l = gradients.velocity_gradient(a, &all);
         let e = 0.5 * (l + l.transpose());
         (2.0 * e.to_cols_array().into_iter().map(|x| x * x).sum::<f64>()).sqrt()

@@ -137,12 +137,7 @@ impl Surroundings {
 
     /// What gradients are formed with: exact for linear fields.
     pub(crate) fn gradients(&self) -> Gradients<'_> {
-        self.gradients_by(self.kernel)
-    }
-
-    /// The same by another kernel that reaches no farther.
-    pub(crate) fn gradients_by(&self, kernel: Smoothing) -> Gradients<'_> {
-        let weight = |_, _, distance: f64| -self.volume * kernel.slope(distance) / distance;
+        let weight = |_, _, distance: f64| -self.volume * self.kernel.slope(distance) / distance;
         Gradients::new(&self.positions, &self.near, self.dimension, weight)
     }
 
