@@ -352,7 +352,7 @@ impl Method {
 pub struct Isph {
     /// Distance of particles in m; the domain is a whole number of them along each axis.
     pub spacing: f64,
-    /// Share of a smoothing length that a particle may go in a step.
+    /// Share of a smoothing length that a particle may go in a step past others and along walls.
     pub courant: f64,
     /// How the viscous part of a step is taken.
     pub stress: StressStep,

@@ -76,16 +76,16 @@ fn onto(y: &mut [f64], a: f64, x: &[f64]) {
 ///
 /// # Errors
 /// If the residual does not become small enough.
-pub fn solve(
-    matrix: &Matrix,
-    multigrid: Option<&Multigrid>,
+pub fn solve<const N: usize, const M: usize>(
+    matrix: &Matrix<N>,
+    multigrid: Option<&Multigrid<N, M>>,
     b: &[f64],
     x: &mut [f64],
     settings: &Settings,
 ) -> Result<Solved, Failure> {
     let precondition = |r: &[f64]| match multigrid {
         Some(multigrid) => multigrid.cycle(matrix, r),
-        None => r.iter().zip(&matrix.diagonal).map(|(r, diagonal)| r / diagonal).collect(),
+        None => (0..r.len()).map(|n| r[n] / matrix.diagonal[n / N][n % N][n % N]).collect(),
     };
     let scale = dot(b, b).sqrt();
     if scale == 0.0 {
@@ -120,8 +120,8 @@ pub fn solve(
 }
 
 /// Goes on with conjugate gradients until the residual is good; gives the number of iterations then, or none where they break down.
-fn conjugate(
-    matrix: &Matrix,
+fn conjugate<const N: usize>(
+    matrix: &Matrix<N>,
     precondition: impl Fn(&[f64]) -> Vec<f64>,
     r: &mut [f64],
     x: &mut [f64],
@@ -153,8 +153,8 @@ fn conjugate(
 }
 
 /// The same with BiCGStab.
-fn stabilised(
-    matrix: &Matrix,
+fn stabilised<const N: usize>(
+    matrix: &Matrix<N>,
     precondition: impl Fn(&[f64]) -> Vec<f64>,
     r: &mut [f64],
     x: &mut [f64],

@@ -22,7 +22,7 @@ mod surface;
 
 pub use kernel::{Dimension, Kernel, Smoothing};
 pub use krylov::{Failure, Method, Settings, Solved, solve};
-pub use matrix::Matrix;
+pub use matrix::{Block, Matrix};
 pub use mirror::{Image, Standing, images};
 pub use multigrid::Multigrid;
 pub use neighbours::Neighbours;

@@ -1,21 +1,25 @@
-//! Matrices with few entries in a row: one for the node itself, and others for its neighbours.
+//! Matrices with few entries in a row: one for the node itself, and others for its neighbours. A node has N unknowns, such as the components of a velocity, and an entry is a block that
+//! couples those of two nodes. Vectors hold the unknowns of the nodes one after the other.
 
 use rayon::prelude::*;
 
-/// Rows that one thread takes at a time; with fewer there is nothing to share.
+/// Nodes that one thread takes at a time; with fewer there is nothing to share.
 const CHUNK: usize = 1024;
 
-/// A square matrix by rows.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Matrix {
-    pub(crate) diagonal: Vec<f64>,
+/// What couples the unknowns of two nodes, by rows.
+pub type Block<const N: usize> = [[f64; N]; N];
+
+/// A square matrix by rows of blocks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Matrix<const N: usize = 1> {
+    pub(crate) diagonal: Vec<Block<N>>,
     /// Where the entries of each row begin beside the diagonal, and the end of all.
-    pub(crate) firsts: Vec<usize>,
-    pub(crate) columns: Vec<u32>,
-    pub(crate) values: Vec<f64>,
+    firsts: Vec<usize>,
+    columns: Vec<u32>,
+    values: Vec<Block<N>>,
 }
 
-/// Does something for each row; a few rows are not worth the waking of threads.
+/// Does something for each of many; a few are not worth the waking of threads.
 pub(crate) fn rows<T: Send>(of: &mut [T], make: impl Fn(usize, &mut T) + Sync + Send) {
     if of.len() < 2 * CHUNK {
         of.iter_mut().enumerate().for_each(|(row, of)| make(row, of));
@@ -24,10 +28,40 @@ pub(crate) fn rows<T: Send>(of: &mut [T], make: impl Fn(usize, &mut T) + Sync + 
     }
 }
 
+/// The unknowns of nodes.
+pub(crate) fn nodes<const N: usize>(x: &[f64]) -> &[[f64; N]] {
+    x.as_chunks().0
+}
+
+/// The same to be changed.
+pub(crate) fn nodes_mut<const N: usize>(x: &mut [f64]) -> &mut [[f64; N]] {
+    x.as_chunks_mut().0
+}
+
+/// `sum` += A x for a block.
+#[inline(always)]
+pub(crate) fn add_product<const N: usize>(sum: &mut [f64; N], block: &Block<N>, x: &[f64; N]) {
+    for (sum, row) in sum.iter_mut().zip(block) {
+        for (value, x) in row.iter().zip(x) {
+            *sum += value * x;
+        }
+    }
+}
+
 impl Matrix {
     /// By its rows: the entry on the diagonal, and columns and values of the others.
     pub fn from_rows<R: IntoIterator<Item = (u32, f64)>>(rows: impl IntoIterator<Item = (f64, R)>) -> Self {
-        let mut new = Self { firsts: vec![0], ..Self::default() };
+        let block = |(column, value)| (column, [[value]]);
+        Self::from_blocks(rows.into_iter().map(|(own, others)| ([[own]], others.into_iter().map(block))))
+    }
+}
+
+impl<const N: usize> Matrix<N> {
+    /// By the rows of nodes: the block on the diagonal, and columns and blocks of the others.
+    pub fn from_blocks<R: IntoIterator<Item = (u32, Block<N>)>>(
+        rows: impl IntoIterator<Item = (Block<N>, R)>,
+    ) -> Self {
+        let mut new = Self { diagonal: Vec::new(), firsts: vec![0], columns: Vec::new(), values: Vec::new() };
         for (diagonal, others) in rows {
             new.diagonal.push(diagonal);
             for (column, value) in others {
@@ -39,42 +73,57 @@ impl Matrix {
         new
     }
 
-    /// Number of rows.
+    /// Adds a number to all that is on the diagonal.
+    pub fn shift(&mut self, by: f64) {
+        self.diagonal.iter_mut().for_each(|block| (0..N).for_each(|k| block[k][k] += by));
+    }
+
+    /// Number of nodes.
     pub fn len(&self) -> usize {
         self.diagonal.len()
     }
 
-    /// Whether it has no rows.
+    /// Whether it has no nodes.
     pub fn is_empty(&self) -> bool {
         self.diagonal.is_empty()
     }
 
     /// Number of entries.
     pub fn entries(&self) -> usize {
-        self.diagonal.len() + self.values.len()
+        (self.diagonal.len() + self.values.len()) * N * N
     }
 
-    /// Columns and values of a row beside the diagonal.
-    pub(crate) fn others(&self, row: usize) -> impl Iterator<Item = (usize, f64)> {
+    /// Columns and blocks of a row beside the diagonal.
+    #[inline]
+    pub(crate) fn others(&self, row: usize) -> impl Iterator<Item = (usize, &Block<N>)> {
         let range = self.firsts[row]..self.firsts[row + 1];
         let columns = self.columns[range.clone()].iter().map(|column| *column as usize);
-        columns.zip(self.values[range].iter().copied())
+        columns.zip(&self.values[range])
     }
 
     /// A row times a vector.
     #[inline]
-    fn row(&self, row: usize, x: &[f64]) -> f64 {
-        let others = self.others(row).map(|(column, value)| value * x[column]).sum::<f64>();
-        self.diagonal[row] * x[row] + others
+    fn row(&self, row: usize, x: &[[f64; N]]) -> [f64; N] {
+        let mut sum = [0.0; N];
+        add_product(&mut sum, &self.diagonal[row], &x[row]);
+        for (column, block) in self.others(row) {
+            add_product(&mut sum, block, &x[column]);
+        }
+        sum
     }
 
     /// `to` = A x.
     pub fn times(&self, x: &[f64], to: &mut [f64]) {
-        rows(to, |row, to| *to = self.row(row, x));
+        let x = nodes(x);
+        rows(nodes_mut(to), |row, to| *to = self.row(row, x));
     }
 
     /// `to` = b - A x.
     pub(crate) fn residual(&self, b: &[f64], x: &[f64], to: &mut [f64]) {
-        rows(to, |row, to| *to = b[row] - self.row(row, x));
+        let (b, x) = (nodes::<N>(b), nodes(x));
+        rows(nodes_mut::<N>(to), |row, to| {
+            let product = self.row(row, x);
+            *to = std::array::from_fn(|k| b[row][k] - product[k]);
+        });
     }
 }

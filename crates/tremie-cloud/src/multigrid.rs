@@ -7,13 +7,11 @@
 //!
 //! A node without entries beside the diagonal, such as a given pressure, is solved by the sweeps and belongs to no cell.
 
-use std::collections::BTreeMap;
-
 use rayon::prelude::*;
 use tremie_numerics::DVec3;
 
 use crate::Matrix;
-use crate::matrix::rows;
+use crate::matrix::{Block, add_product, nodes, nodes_mut, rows};
 
 /// Sweeps before and after the correction.
 const SWEEPS: usize = 2;
@@ -21,267 +19,294 @@ const SWEEPS: usize = 2;
 const DAMPING: f64 = 0.67;
 /// By how much corrections are larger than those of constant pieces.
 const OVER: f64 = 1.8;
-/// Rows of the last level at most, and sweeps there.
+/// Unknowns of the last level at most, and sweeps there.
 const FEW: usize = 64;
 const LAST: usize = 40;
+/// Nodes or cells that one thread takes at a time.
+const CHUNK: usize = 256;
+
+/// The levels below a matrix for nodes with N unknowns, and cells with M: as many, and the turns of velocities, one in a plane and three in space.
+#[derive(Debug, Clone)]
+pub struct Multigrid<const N: usize, const M: usize> {
+    smoother: Smoother<N>,
+    first: Option<Level<N, M>>,
+    rest: Vec<Level<M, M>>,
+}
 
 /// A level below another one.
 #[derive(Debug, Clone)]
-struct Level {
-    /// For each row of the level above, the rows of this one that it moves with, and by how much; none where it belongs to no cell.
-    moves: Vec<Vec<(u32, f64)>>,
-    /// The same for each row of this level.
-    moved: Vec<Vec<(u32, f64)>>,
-    matrix: Matrix,
-    /// Unknowns of a cell, and the inverses of what couples those of each; none if there is one.
-    unknowns: usize,
-    inverses: Vec<Inverse>,
+struct Level<const A: usize, const M: usize> {
+    transfer: Transfer<A, M>,
+    matrix: Matrix<M>,
+    smoother: Smoother<M>,
 }
 
-/// The levels below a matrix.
+/// How pieces with A unknowns move with cells of them.
 #[derive(Debug, Clone)]
-pub struct Multigrid {
-    /// Unknowns of a node, and the inverses of what couples those of each; none if there is one.
-    kinds: usize,
-    inverses: Vec<Inverse>,
-    levels: Vec<Level>,
+struct Transfer<const A: usize, const M: usize> {
+    /// The cell of each piece, or [`NONE`], and how its unknowns follow those of the cell.
+    cells: Vec<u32>,
+    follows: Vec<[[f64; M]; A]>,
+    /// The pieces of each cell, and where they begin.
+    members: Vec<u32>,
+    firsts: Vec<usize>,
 }
+
+/// The cell of who belongs to none.
+const NONE: u32 = u32::MAX;
 
 /// What the unknowns of a level belong to: nodes, or cells of them.
 struct Pieces {
     /// Where each is, in m, and in which cell of that level.
     at: Vec<DVec3>,
     cells: Vec<[i64; 3]>,
-    /// Unknowns of each: first what nodes have, then turns, in m/s at a distance of `length` in m.
-    unknowns: usize,
+    /// Turns are in m/s at a distance of `length` in m.
     length: f64,
 }
 
-/// Axes of the components that a node has, and of turns.
-fn axes(kinds: usize) -> (&'static [usize], &'static [DVec3]) {
-    match kinds {
-        2 => (&[0, 2], &[DVec3::Y]),
-        3 => (&[0, 1, 2], &DVec3::AXES),
-        _ => (&[0], &[]),
-    }
-}
-
-impl Multigrid {
-    /// For a matrix over nodes at `positions`, `spacing` apart; both in m. A node may have several unknowns, whose rows follow each other: the components of a velocity, two of them in a plane.
-    pub fn new(matrix: &Matrix, positions: &[DVec3], spacing: f64) -> Self {
-        let kinds = (matrix.len() / positions.len().max(1)).max(1);
+impl<const N: usize, const M: usize> Multigrid<N, M> {
+    /// For a matrix over nodes at `positions`, `spacing` apart; both in m. Two unknowns of a node are the velocities along x and z in a plane, three those in space.
+    pub fn new(matrix: &Matrix<N>, positions: &[DVec3], spacing: f64) -> Self {
+        const { assert!((N == 1 && M == 1) || (N == 2 && M == 3) || (N == 3 && M == 6)) };
         let cell = |at: &DVec3| (*at / spacing).floor().to_array().map(|x| x as i64);
         let cells = positions.iter().map(cell).collect();
-        let mut pieces = Pieces { at: positions.to_vec(), cells, unknowns: kinds, length: spacing };
-        let mut levels: Vec<Level> = Vec::new();
-        loop {
-            let fine = levels.last().map_or(matrix, |level| &level.matrix);
-            if fine.len() <= FEW {
-                break;
+        let mut pieces = Pieces { at: positions.to_vec(), cells, length: spacing };
+        let first = coarser::<N, N, M>(matrix, &mut pieces);
+        let mut rest: Vec<Level<M, M>> = Vec::new();
+        if let Some(first) = &first {
+            while let Some(level) =
+                coarser::<N, M, M>(rest.last().map_or(&first.matrix, |level| &level.matrix), &mut pieces)
+            {
+                rest.push(level);
             }
-            let Some((level, larger)) = coarser(fine, &pieces, kinds) else { break };
-            pieces = larger;
-            levels.push(level);
         }
-        let inverses = if kinds == 1 { Vec::new() } else { inverses(matrix, kinds) };
-        Self { kinds, inverses, levels }
+        Self { smoother: Smoother::new(matrix), first, rest }
     }
 
     /// Entries of all levels over those of the first.
-    pub fn complexity(&self, matrix: &Matrix) -> f64 {
-        let entries: usize = self.levels.iter().map(|level| level.matrix.entries()).sum();
+    pub fn complexity(&self, matrix: &Matrix<N>) -> f64 {
+        let first = self.first.iter().map(|level| level.matrix.entries());
+        let entries: usize = first.chain(self.rest.iter().map(|level| level.matrix.entries())).sum();
         1.0 + entries as f64 / matrix.entries() as f64
     }
 
     /// About the solution of `A x = b`, by one cycle from zero on; symmetric if A is.
-    pub(crate) fn cycle(&self, matrix: &Matrix, b: &[f64]) -> Vec<f64> {
-        let sweeps = Sweeps { kinds: self.kinds, inverses: &self.inverses };
-        descend(matrix, sweeps, &self.levels, b)
+    pub(crate) fn cycle(&self, matrix: &Matrix<N>, b: &[f64]) -> Vec<f64> {
+        descend(matrix, &self.smoother, self.first.as_ref(), &self.rest, b)
     }
 }
 
-/// The next level, on cells twice as large; none if they would hold a piece each.
-fn coarser(fine: &Matrix, pieces: &Pieces, kinds: usize) -> Option<(Level, Pieces)> {
-    let (components, turns) = axes(kinds);
-    let (old, new) = (pieces.unknowns, kinds + turns.len());
-    let mut members = BTreeMap::<[i64; 3], Vec<usize>>::new();
-    for (piece, cell) in pieces.cells.iter().enumerate() {
-        if (0..old).any(|k| fine.others(piece * old + k).next().is_some()) {
-            members.entry(cell.map(|x| x.div_euclid(2))).or_default().push(piece);
+/// How a piece with A unknowns follows a cell whose middle it is `way` away from, over the length of the cell, N of the unknowns being no turns; turns are in m/s at so much of the length of
+/// the cell as is the `length` of the piece.
+fn follow<const N: usize, const A: usize, const M: usize>(way: DVec3, length: f64) -> [[f64; M]; A] {
+    let (axes, turns): (&[usize], &[DVec3]) = match N {
+        2 => (&[0, 2], &[DVec3::Y]),
+        3 => (&[0, 1, 2], &DVec3::AXES),
+        _ => (&[0], &[]),
+    };
+    let mut follows = [[0.0; M]; A];
+    for k in 0..N {
+        follows[k][k] = 1.0;
+        for (m, turn) in turns.iter().enumerate() {
+            follows[k][N + m] = turn.cross(way)[axes[k]];
         }
     }
-    if members.is_empty() || members.len() == pieces.at.len() {
+    (N..A).for_each(|k| follows[k][k] = length);
+    follows
+}
+
+/// The next level, on cells twice as large, whose pieces take the place of those given; none if there are few already, or cells would hold a piece each.
+fn coarser<const N: usize, const A: usize, const M: usize>(
+    fine: &Matrix<A>,
+    pieces: &mut Pieces,
+) -> Option<Level<A, M>> {
+    let number = fine.len();
+    if number * A <= FEW {
         return None;
     }
-    let middle = |of: &Vec<usize>| of.iter().map(|n| pieces.at[*n]).sum::<DVec3>() / of.len() as f64;
-    let at: Vec<DVec3> = members.values().map(middle).collect();
+    let cell = |piece: u32| pieces.cells[piece as usize].map(|x| x.div_euclid(2));
+    let coupled = |piece: &u32| fine.others(*piece as usize).next().is_some();
+    let mut members: Vec<u32> = (0..number as u32).filter(coupled).collect();
+    members.par_sort_by_key(|piece| cell(*piece));
+    let groups: Vec<&[u32]> = members.chunk_by(|a, b| cell(*a) == cell(*b)).collect();
+    if groups.is_empty() || groups.len() == number {
+        return None;
+    }
     let length = 2.0 * pieces.length;
-    let mut moves = vec![Vec::new(); fine.len()];
-    for (cell, of) in members.values().enumerate() {
-        let column = |k: usize| (cell * new + k) as u32;
-        for piece in of.iter().copied() {
-            let way = (pieces.at[piece] - at[cell]) / length;
-            for (k, axis) in components.iter().enumerate().take(kinds) {
-                let turned =
-                    turns.iter().enumerate().map(|(m, turn)| (column(kinds + m), turn.cross(way)[*axis]));
-                moves[piece * old + k] =
-                    std::iter::once((column(k), 1.0)).chain(turned.filter(|(_, by)| *by != 0.0)).collect();
-            }
-            for k in kinds..old {
-                moves[piece * old + k] = vec![(column(k), pieces.length / length)];
-            }
+    let (mut cells, mut follows) = (vec![NONE; number], vec![[[0.0; M]; A]; number]);
+    let (mut firsts, mut larger) = (vec![0], Pieces { at: Vec::new(), cells: Vec::new(), length });
+    for (number, group) in (0..).zip(&groups) {
+        let middle = group.iter().map(|piece| pieces.at[*piece as usize]).sum::<DVec3>() / group.len() as f64;
+        for piece in group.iter().map(|piece| *piece as usize) {
+            cells[piece] = number;
+            follows[piece] = follow::<N, A, M>((pieces.at[piece] - middle) / length, pieces.length / length);
         }
+        firsts.push(firsts[firsts.len() - 1] + group.len());
+        larger.at.push(middle);
+        larger.cells.push(cell(group[0]));
     }
-    let mut moved = vec![Vec::new(); members.len() * new];
-    for (row, columns) in (0..).zip(&moves) {
-        columns.iter().for_each(|(column, by)| moved[*column as usize].push((row, *by)));
-    }
-    let matrix = galerkin(fine, &moves, members.values(), old, new);
-    let inverses = if new == 1 { Vec::new() } else { inverses(&matrix, new) };
-    let cells = members.into_keys().collect();
-    Some((
-        Level { moves, moved, matrix, unknowns: new, inverses },
-        Pieces { at, cells, unknowns: new, length },
-    ))
+    *pieces = larger;
+    let transfer = Transfer { cells, follows, members, firsts };
+    let matrix = transfer.galerkin(fine);
+    let smoother = Smoother::new(&matrix);
+    Some(Level { transfer, matrix, smoother })
 }
 
-/// The sums of rows and columns over cells: P^T A P, P being `moves`.
-fn galerkin<'a>(
-    fine: &Matrix,
-    moves: &[Vec<(u32, f64)>],
-    members: impl Iterator<Item = &'a Vec<usize>>,
-    old: usize,
-    new: usize,
-) -> Matrix {
-    type Block = [f64; 36];
-    let rows = |(cell, pieces): (usize, &Vec<usize>)| {
-        let mut blocks = BTreeMap::<u32, Block>::new();
-        for row in pieces.iter().flat_map(|piece| piece * old..(piece + 1) * old) {
-            let own = std::iter::once((row, fine.diagonal[row]));
-            for (column, value) in own.chain(fine.others(row)) {
-                let Some((first, _)) = moves[column].first() else { continue };
-                let block = blocks.entry(first / new as u32).or_insert([0.0; 36]);
-                for (i, by) in &moves[row] {
-                    for (j, there) in &moves[column] {
-                        block[*i as usize % new * new + *j as usize % new] += by * value * there;
+impl<const A: usize, const M: usize> Transfer<A, M> {
+    fn members(&self, cell: usize) -> impl Iterator<Item = usize> {
+        self.members[self.firsts[cell]..self.firsts[cell + 1]].iter().map(|piece| *piece as usize)
+    }
+
+    /// The sums of rows and columns over cells: P^T A P, P being how pieces follow.
+    fn galerkin(&self, fine: &Matrix<A>) -> Matrix<M> {
+        let row = |cell: usize| {
+            let mut own = [[0.0; M]; M];
+            let mut others: Vec<(u32, Block<M>)> = Vec::new();
+            for piece in self.members(cell) {
+                let diagonal = std::iter::once((piece, &fine.diagonal[piece]));
+                for (column, block) in diagonal.chain(fine.others(piece)) {
+                    let there = self.cells[column];
+                    if there == NONE {
+                        continue;
                     }
-                }
-            }
-        }
-        let row = |k: usize| {
-            let (mut diagonal, mut others) = (0.0, Vec::new());
-            for (other, block) in &blocks {
-                for (j, value) in block[k * new..(k + 1) * new].iter().enumerate() {
-                    let column = other * new as u32 + j as u32;
-                    match column as usize == cell * new + k {
-                        true => diagonal = *value,
-                        false if *value != 0.0 => others.push((column, *value)),
-                        false => {}
-                    }
+                    let sum = if there as usize == cell {
+                        &mut own
+                    } else {
+                        let found = others.iter().position(|(cell, _)| *cell == there);
+                        let place = found.unwrap_or_else(|| {
+                            others.push((there, [[0.0; M]; M]));
+                            others.len() - 1
+                        });
+                        &mut others[place].1
+                    };
+                    add_seen(sum, &self.follows[piece], block, &self.follows[column]);
                 }
             }
             // A cell with one piece cannot turn.
-            if diagonal == 0.0 { (1.0, Vec::new()) } else { (diagonal, others) }
-        };
-        (0..new).map(row).collect::<Vec<_>>()
-    };
-    let members: Vec<&Vec<usize>> = members.collect();
-    let rows: Vec<_> = members.into_par_iter().enumerate().map(rows).collect();
-    Matrix::from_rows(rows.into_iter().flatten())
-}
-
-/// Unknowns of a piece at most: what moves and turns in space.
-const MOST: usize = 6;
-
-/// The inverse of what couples the unknowns of a piece; what is as good as not there stays zero.
-type Inverse = [[f64; MOST]; MOST];
-
-/// The inverses of what couples the unknowns of each piece, so many of them. Smoothed row by row instead, what is stiff along one slanted line only would grow.
-fn inverses(matrix: &Matrix, unknowns: usize) -> Vec<Inverse> {
-    let of = |piece: usize| {
-        let mut block = [[0.0; MOST]; MOST];
-        for (k, of_row) in block.iter_mut().enumerate().take(unknowns) {
-            let row = piece * unknowns + k;
-            of_row[k] = matrix.diagonal[row];
-            for (column, value) in matrix.others(row).filter(|(column, _)| column / unknowns == piece) {
-                of_row[column % unknowns] = value;
+            for (k, row) in own.iter_mut().enumerate().filter(|(k, row)| row[*k] == 0.0) {
+                row[k] = 1.0;
             }
-        }
-        inverse(block, unknowns)
-    };
-    (0..matrix.len() / unknowns).into_par_iter().with_min_len(256).map(of).collect()
+            others.sort_unstable_by_key(|(cell, _)| *cell);
+            (own, others)
+        };
+        let cells = 0..self.firsts.len() - 1;
+        let rows: Vec<_> = cells.into_par_iter().with_min_len(CHUNK / 4).map(row).collect();
+        Matrix::from_blocks(rows)
+    }
+
+    /// What cells get of what their pieces have.
+    fn gather(&self, of: &[f64]) -> Vec<f64> {
+        let of = nodes::<A>(of);
+        let mut to = vec![0.0; M * (self.firsts.len() - 1)];
+        rows(nodes_mut::<M>(&mut to), |cell, sum| {
+            for piece in self.members(cell) {
+                let value: &[f64; A] = &of[piece];
+                for (row, value) in self.follows[piece].iter().zip(value) {
+                    sum.iter_mut().zip(row).for_each(|(sum, by)| *sum += by * value);
+                }
+            }
+        });
+        to
+    }
+
+    /// Adds to pieces, so many times, what they have of their cells.
+    fn follow(&self, cells: &[f64], times: f64, to: &mut [f64]) {
+        let cells = nodes::<M>(cells);
+        rows(nodes_mut::<A>(to), |piece, x| {
+            if self.cells[piece] != NONE {
+                let value: &[f64; M] = &cells[self.cells[piece] as usize];
+                for (x, row) in x.iter_mut().zip(&self.follows[piece]) {
+                    *x += times * row.iter().zip(value).map(|(by, value)| by * value).sum::<f64>();
+                }
+            }
+        });
+    }
 }
 
-/// By Gauss and Jordan along the diagonal, which is positive.
-fn inverse(mut block: Inverse, unknowns: usize) -> Inverse {
-    let scale: [f64; MOST] = std::array::from_fn(|k| block[k][k]);
-    for k in 0..unknowns {
+/// `sum` += P^T B Q
+#[inline(always)]
+fn add_seen<const A: usize, const M: usize>(
+    sum: &mut Block<M>,
+    p: &[[f64; M]; A],
+    block: &Block<A>,
+    q: &[[f64; M]; A],
+) {
+    for (p, row) in p.iter().zip(block) {
+        let mut seen = [0.0; M];
+        for (value, q) in row.iter().zip(q) {
+            seen.iter_mut().zip(q).for_each(|(seen, q)| *seen += value * q);
+        }
+        for (sum, p) in sum.iter_mut().zip(p) {
+            sum.iter_mut().zip(&seen).for_each(|(sum, seen)| *sum += p * seen);
+        }
+    }
+}
+
+/// Damped Jacobi sweeps: the inverses of what couples the unknowns of each piece. Smoothed row by row instead, what is stiff along one slanted line only would grow.
+#[derive(Debug, Clone)]
+struct Smoother<const A: usize>(Vec<Block<A>>);
+
+impl<const A: usize> Smoother<A> {
+    fn new(matrix: &Matrix<A>) -> Self {
+        Self(matrix.diagonal.par_iter().with_min_len(CHUNK).map(|block| inverse(*block)).collect())
+    }
+
+    /// Adds what a residual tells values to change by.
+    fn change(&self, residual: &[f64], x: &mut [f64]) {
+        let residual = nodes::<A>(residual);
+        rows(nodes_mut::<A>(x), |piece, x| add_product(x, &self.0[piece], &residual[piece]));
+    }
+
+    fn sweep(&self, matrix: &Matrix<A>, b: &[f64], x: &mut [f64], residual: &mut [f64]) {
+        matrix.residual(b, x, residual);
+        self.change(residual, x);
+    }
+}
+
+/// The damped inverse, by Gauss and Jordan along the diagonal, which is positive; what is as good as not there stays zero.
+fn inverse<const A: usize>(mut block: Block<A>) -> Block<A> {
+    let scale: [f64; A] = std::array::from_fn(|k| block[k][k]);
+    for k in 0..A {
         let pivot = block[k][k];
         if pivot.abs() <= 1e-10 * scale[k].abs() {
-            for j in 0..unknowns {
+            for j in 0..A {
                 block[k][j] = 0.0;
                 block[j][k] = 0.0;
             }
             continue;
         }
         block[k][k] = 1.0;
-        block[k].iter_mut().take(unknowns).for_each(|value| *value /= pivot);
+        block[k].iter_mut().for_each(|value| *value /= pivot);
         let row = block[k];
-        for j in (0..unknowns).filter(|j| *j != k) {
+        for j in (0..A).filter(|j| *j != k) {
             let by = std::mem::replace(&mut block[j][k], 0.0);
-            for (value, of_row) in block[j].iter_mut().zip(row).take(unknowns) {
-                *value -= by * of_row;
-            }
+            block[j].iter_mut().zip(row).for_each(|(value, of_row)| *value -= by * of_row);
         }
     }
-    block
+    block.map(|row| row.map(|value| DAMPING * value))
 }
 
-/// How a level is smoothed: piece by piece where inverses are given, row by row elsewhere.
-#[derive(Clone, Copy)]
-struct Sweeps<'a> {
-    kinds: usize,
-    inverses: &'a [Inverse],
-}
-
-impl Sweeps<'_> {
-    /// What a residual tells a row to change by.
-    fn change(self, matrix: &Matrix, residual: &[f64], row: usize) -> f64 {
-        if self.inverses.is_empty() {
-            return DAMPING * residual[row] / matrix.diagonal[row];
-        }
-        let (node, k) = (row / self.kinds, row % self.kinds);
-        let of = &residual[node * self.kinds..(node + 1) * self.kinds];
-        let inverse = &self.inverses[node];
-        DAMPING * of.iter().zip(inverse[k]).map(|(r, by)| by * r).sum::<f64>()
-    }
-
-    fn sweep(self, matrix: &Matrix, b: &[f64], x: &mut [f64], residual: &mut [f64]) {
-        matrix.residual(b, x, residual);
-        rows(x, |row, x| *x += self.change(matrix, residual, row));
-    }
-}
-
-fn descend(matrix: &Matrix, sweeps: Sweeps, below: &[Level], b: &[f64]) -> Vec<f64> {
+/// A cycle on a level and those below.
+fn descend<const A: usize, const M: usize>(
+    matrix: &Matrix<A>,
+    smoother: &Smoother<A>,
+    next: Option<&Level<A, M>>,
+    below: &[Level<M, M>],
+    b: &[f64],
+) -> Vec<f64> {
+    let (mut x, mut residual) = (vec![0.0; b.len()], vec![0.0; b.len()]);
     // The first sweep from zero.
-    let mut x: Vec<f64> = (0..b.len()).map(|row| sweeps.change(matrix, b, row)).collect();
-    let mut residual = vec![0.0; b.len()];
-    let Some((next, rest)) = below.split_first() else {
-        (1..LAST).for_each(|_| sweeps.sweep(matrix, b, &mut x, &mut residual));
+    smoother.change(b, &mut x);
+    let Some(next) = next else {
+        (1..LAST).for_each(|_| smoother.sweep(matrix, b, &mut x, &mut residual));
         return x;
     };
-    (1..SWEEPS).for_each(|_| sweeps.sweep(matrix, b, &mut x, &mut residual));
+    (1..SWEEPS).for_each(|_| smoother.sweep(matrix, b, &mut x, &mut residual));
     matrix.residual(b, &x, &mut residual);
-    let mut coarse = vec![0.0; next.moved.len()];
-    rows(&mut coarse, |row, sum| {
-        *sum = next.moved[row].iter().map(|(fine, by)| by * residual[*fine as usize]).sum();
-    });
-    let correction =
-        descend(&next.matrix, Sweeps { kinds: next.unknowns, inverses: &next.inverses }, rest, &coarse);
-    rows(&mut x, |row, x| {
-        *x +=
-            OVER * next.moves[row].iter().map(|(coarse, by)| by * correction[*coarse as usize]).sum::<f64>();
-    });
-    (0..SWEEPS).for_each(|_| sweeps.sweep(matrix, b, &mut x, &mut residual));
+    let coarse = next.transfer.gather(&residual);
+    let rest = below.get(1..).unwrap_or_default();
+    let correction = descend(&next.matrix, &next.smoother, below.first(), rest, &coarse);
+    next.transfer.follow(&correction, OVER, &mut x);
+    (0..SWEEPS).for_each(|_| smoother.sweep(matrix, b, &mut x, &mut residual));
     x
 }

@@ -13,14 +13,14 @@
 //! Wu (2016) takes the gradient where particles are at the end, by which a vortex turning at omega loses dt omega^2/2 of its energy in a time; half-way it loses nothing, as by
 //! leap-frogging. The velocities become those of the fluid at x'.
 
-use tremie_cloud::{Failure, Follower, Gradients, reorder};
+use tremie_cloud::{Dimension, Failure, Follower, Gradients, reorder};
 use tremie_numerics::DVec3;
 use tremie_rheology::FlowCurve;
 
 use crate::pressure::{self, Poisson};
 use crate::space::Space;
 use crate::surroundings::{Source, Surroundings};
-use crate::viscosity;
+use crate::viscosity::System;
 
 /// What flows.
 #[derive(Debug, Clone, Copy)]
@@ -49,7 +49,8 @@ impl Fluid {
 /// How a step is taken.
 #[derive(Debug, Clone, Copy)]
 pub struct Stepping {
-    /// Share of a smoothing length that particles may go in a step.
+    /// Share of a smoothing length that particles may go in a step past others around them or along a wall. So fast may all of them go together that steps hardly depend on it: what falls
+    /// does so in steps of the usual length.
     pub courant: f64,
     /// Longest step in s.
     pub longest: f64,
@@ -57,13 +58,16 @@ pub struct Stepping {
     pub explicit: bool,
 }
 
+/// What particles may go in a step together with those around them, over what they may go past them; smoothing lengths at most, to see beforehand where they get to.
+const TOGETHER: f64 = 4.0;
+const FARTHEST: f64 = 1.0;
 /// Share of the time in which particles fall a smoothing length.
 const FALL: f64 = 0.25;
 /// Share of rho h^2/mu that an explicit step may take (Morris et al. 1997).
 const DIFFUSES: f64 = 0.125;
 /// Distance from walls in spacings below which no particle may be; at rest they are half a spacing off.
 const CLOSEST: f64 = 0.25;
-/// How far particles that are too near to each other may part in a step, over the way that they go in it; and in how many sweeps.
+/// How far particles that are too near to each other may part in a step, over the way that they go past others in it; and in how many sweeps.
 const PARTS: f64 = 0.5;
 const SWEEPS: usize = 5;
 
@@ -110,18 +114,32 @@ impl Particles {
 
     /// Largest step in s for the speeds at present, of fluid and walls.
     pub fn time_step(&self) -> f64 {
+        self.pace().0
+    }
+
+    /// The same, and how fast in m/s each particle goes past others around it and along walls.
+    fn pace(&self) -> (f64, Vec<f64>) {
         let length = self.space.smoothing_length();
         let walls = self.space.walls.iter().map(|wall| wall.motion.largest_speed(self.time));
-        let speeds = self.velocities.iter().map(|u| u.length());
-        let fastest = speeds.chain(walls).fold(0.0, f64::max);
+        let fastest = self.velocities.iter().map(|u| u.length()).chain(walls).fold(0.0, f64::max);
+        let together = (TOGETHER * self.stepping.courant).min(FARTHEST) * length;
         let fall = longest_fall(length, self.fluid.gravity);
-        let mut step = fall.min(self.stepping.courant * length / fastest).min(self.stepping.longest);
+        let mut step = fall.min(together / fastest).min(self.stepping.longest);
+        let around = Surroundings::new(&self.positions, &self.space, self.time, step);
+        let all = around.velocities(&self.velocities);
+        // What is between a particle and its image, a wall, has the mean of their velocities.
+        let share = |source: &Source| if source.wall.is_some() { 0.5 } else { 1.0 };
+        let past = around.each(|a| {
+            let others = around.around(a).map(|(n, _, source)| share(source) * all[a].distance(all[n]));
+            others.fold(0.0, f64::max)
+        });
+        step = step.min(self.stepping.courant * length / past.iter().copied().fold(0.0, f64::max));
         if self.stepping.explicit {
             let stiffest =
                 self.shear_rates.iter().map(|rate| self.fluid.viscosity(*rate)).fold(0.0, f64::max);
             step = step.min(self.explicit_limit(stiffest));
         }
-        step
+        (step, past)
     }
 
     /// Longest explicit step in s with so large a viscosity in Pa s.
@@ -169,7 +187,7 @@ impl Particles {
     /// # Errors
     /// If one of the linear systems cannot be solved.
     pub fn advance(&mut self) -> Result<(), Failure> {
-        let (step, fluid, space) = (self.time_step(), self.fluid, &self.space);
+        let ((step, past), fluid, space) = (self.pace(), self.fluid, &self.space);
         if self.time == 0.0 {
             let start = Surroundings::new(&self.positions, space, self.time, step);
             self.pressures = Poisson::new(&start, &fluid).at_rest()?;
@@ -184,12 +202,26 @@ impl Particles {
         self.shear_rates = shear_rates(&half, &gradients, &self.velocities);
         let viscosity: Vec<f64> = self.shear_rates.iter().map(|rate| fluid.viscosity(*rate)).collect();
         let pushed = pressure::slopes(&half, &gradients, &fluid, &self.pressures);
-        let force = |a: usize| fluid.density * fluid.gravity - pushed[a];
-        let viscous = viscosity::System::new(&half, &half.surface(&gradients), &viscosity);
+        let forces: Vec<DVec3> =
+            pushed.iter().map(|pushed| fluid.density * fluid.gravity - *pushed).collect();
+        let surface = half.surface(&gradients);
         let mut velocities = self.velocities.clone();
-        let diffusion = match self.stepping.explicit {
-            true => viscous.push(&fluid, force, &mut velocities, step),
-            false => viscous.diffuse(&fluid, force, &mut velocities, step)?,
+        let explicit = self.stepping.explicit;
+        let diffusion = match space.dimension {
+            Dimension::Two => System::<2, 3>::new(&half, &surface, &viscosity).advance(
+                fluid.density,
+                &forces,
+                &mut velocities,
+                step,
+                explicit,
+            )?,
+            Dimension::Three => System::<3, 6>::new(&half, &surface, &viscosity).advance(
+                fluid.density,
+                &forces,
+                &mut velocities,
+                step,
+                explicit,
+            )?,
         };
         let after = Surroundings::new(&go(0.5, &velocities), space, self.time + step, step);
         let poisson = Poisson::new(&after, &fluid);
@@ -199,11 +231,11 @@ impl Particles {
         for (u, (new, old)) in velocities.iter_mut().zip(pushes.iter().zip(&pushed)) {
             *u -= step / fluid.density * (*new - *old);
         }
-        let spread = poisson.spread(&velocities, step)?;
+        let spread = poisson.spread(&past, step)?;
         let places: Vec<DVec3> = go(0.5, &velocities).iter().zip(spread).map(|(at, way)| *at + way).collect();
         self.iterations = [diffusion, projection];
         (self.velocities, self.pressures) = (velocities, pressures);
-        self.arrange(&after, &poisson, &places, step);
+        self.arrange(&after, &poisson, &places, &past, step);
         self.keep_out(step);
         self.time += step;
         Ok(())
@@ -228,7 +260,14 @@ impl Particles {
 
     /// Moves particles from where they are `after` the step, by velocities that were not yet without divergence, to where they are to be: to `places` in m, apart from each other.
     /// Their velocities become those of the fluid there.
-    fn arrange(&mut self, after: &Surroundings, poisson: &Poisson, places: &[DVec3], step: f64) {
+    fn arrange(
+        &mut self,
+        after: &Surroundings,
+        poisson: &Poisson,
+        places: &[DVec3],
+        past: &[f64],
+        step: f64,
+    ) {
         let space = &self.space;
         let follower = |source: &Source| Follower { of: source.of, turn: source.mirror };
         let followers: Vec<Follower> = after.sources[after.number..].iter().map(follower).collect();
@@ -237,7 +276,7 @@ impl Particles {
         let others = after.positions[after.number..].iter().zip(&followers);
         let others = others.map(|(at, follower)| *at + follower.turn * gone[follower.of]);
         let all: Vec<DVec3> = places.iter().copied().chain(others).collect();
-        let most: Vec<f64> = self.velocities.iter().map(|u| PARTS * u.length() * step).collect();
+        let most: Vec<f64> = past.iter().map(|speed| PARTS * speed * step).collect();
         // Who is parted from others must not swell the fluid.
         let outward = after.each(|a| match poisson.gradients.leaning(a) {
             Some(b) if poisson.surface[a] => -b.normalize_or_zero(),

@@ -13,7 +13,7 @@
 //!     dx = grad phi,    lap phi = k (n/n0 - 1),    phi = 0 at the free surface,    d phi/dn = 0 at walls
 //! ```
 //!
-//! with n the share of the volume around that particles stand for, n0 that of a lattice, less right below a surface, and k the share that is taken back, as large as the way that a particle goes: what is at rest stays there.
+//! with n the share of the volume around that particles stand for, n0 that of a lattice, less right below a surface, and k the share that is taken back, as large as the way that a particle goes past others: what is at rest, or moves as a solid does, stays as it is.
 //!
 //! The Laplacian of Wu (2016, Eq. 20) is wrong for linear fields where part of the kernel is empty, which is two rows of particles below a surface, and wrong everywhere on disordered particles; so
 //! the weights of its pairs are corrected as those of Lagrangian differencing dynamics are (`tremie_cloud::Gradients::laplacian`), and a hydrostatic pressure is exact on any cloud.
@@ -31,7 +31,7 @@ const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-7,
 /// Places need not be as exact.
 const ROUGHLY: Settings = Settings { tolerance: 1e-2, ..SETTINGS };
 
-/// How much of what particles stand too near to each other or too far apart is taken back, over the smoothing lengths that one goes in a step: all of it in steps of the usual length.
+/// How much of what particles stand too near to each other or too far apart is taken back, over the smoothing lengths that one goes past others in a step: all of it in steps of the usual length.
 const RELAXES: f64 = 4.0;
 /// What of the volume around is missing right below a flat surface, over how one-sided the neighbours are there times the kernel's support.
 const MISSING: f64 = 0.1;
@@ -46,7 +46,7 @@ pub(crate) struct Poisson<'a> {
     pub(crate) surface: Vec<bool>,
     /// Of minus the Laplacian.
     matrix: Matrix,
-    multigrid: Multigrid,
+    multigrid: Multigrid<1, 1>,
     /// What images add to minus the Laplacian of a pressure by the weight of the fluid up to them, in Pa/m2.
     weights: Vec<f64>,
     /// Rows that give a value.
@@ -134,8 +134,8 @@ impl<'a> Poisson<'a> {
         self.solve(source, true, &SETTINGS, pressures)
     }
 
-    /// Ways in m by which particles, which move with velocities in m/s, come back to where they fill the volume evenly, in a step in s.
-    pub(crate) fn spread(&self, velocities: &[DVec3], step: f64) -> Result<Vec<DVec3>, Failure> {
+    /// Ways in m by which particles, which go so fast in m/s `past` others, come back to where they fill the volume evenly, in a step in s.
+    pub(crate) fn spread(&self, past: &[f64], step: f64) -> Result<Vec<DVec3>, Failure> {
         let (around, surface) = (self.around, &self.surface);
         let length = 0.5 * around.kernel.support();
         let whole = around.on_lattice(|r| around.kernel.weight(r));
@@ -148,7 +148,7 @@ impl<'a> Poisson<'a> {
             };
             around.crowd(a) / whole - full
         };
-        let taken = |a: usize| (RELAXES * velocities[a].length() * step / length).min(1.0);
+        let taken = |a: usize| (RELAXES * past[a] * step / length).min(1.0);
         let mut sources = around.each(|a| taken(a) * crowding(a));
         // Without a surface the volume cannot change.
         if !surface.contains(&true) {

@@ -13,7 +13,7 @@ use tremie_simulation::{Cells, Fluid, Snapshot, SolidLoad, Wall, WallFace, WallL
 
 use crate::simulation::Isph;
 use crate::surroundings::Surroundings;
-use crate::viscosity::System;
+use crate::viscosity::pulls;
 
 /// Smoothing length in spacings.
 const LENGTH: f64 = 1.5;
@@ -261,10 +261,7 @@ impl Isph {
         let around = Surroundings::new(&particles.positions, space, particles.time(), particles.time_step());
         let viscosity: Vec<f64> =
             particles.shear_rates.iter().map(|rate| particles.fluid.viscosity(*rate)).collect();
-        let surface = around.surface(&around.gradients());
-        for (wall, at, pull) in
-            System::new(&around, &surface, &viscosity).pulls(&viscosity, &particles.velocities)
-        {
+        for (wall, at, pull) in pulls(&around, &viscosity, &particles.velocities) {
             // On planes of symmetry only what is across them, which is pressure.
             let bears = match self.whose[wall] {
                 Wall::Side(number) => matches!(self.case.domain.sides[number], Side::Wall { .. }),

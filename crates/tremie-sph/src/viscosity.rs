@@ -15,11 +15,9 @@
 //! on all sides each is weighed by `1 - x_ab . b_a`, with the b of module `tremie_cloud::operators` for these weights, as in the Laplacian of Lagrangian differencing dynamics: 0.1 %. Right
 //! below a surface nothing is changed, or it would not be free of stress.
 
-use rayon::prelude::*;
-use tremie_cloud::{Dimension, Failure, Gradients, Matrix, Method, Multigrid, Settings, solve};
+use tremie_cloud::{Block, Dimension, Failure, Gradients, Matrix, Method, Multigrid, Settings, solve};
 use tremie_numerics::{DMat3, DVec3};
 
-use crate::Fluid;
 use crate::surroundings::Surroundings;
 
 const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-6, iterations: 2000 };
@@ -27,18 +25,16 @@ const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-6,
 /// The share of a smoothing length that is added to distances where they divide (Wu 2016: eta = 0.01 h).
 const SOFT: f64 = 0.01;
 
-/// A particle's row of div(2 mu E) with the sign turned: the blocks of particles, and what walls that move push.
-struct Row {
-    own: DMat3,
-    others: Vec<(usize, DMat3)>,
-    carried: DVec3,
+/// Minus div(2 mu E) of particles in D dimensions, of which pieces move and turn in M ways.
+pub(crate) struct System<'a, const D: usize, const M: usize> {
+    around: &'a Surroundings,
+    matrix: Matrix<D>,
+    /// What walls that move push, in N/m3.
+    carried: Vec<f64>,
 }
 
-/// div(2 mu E) of particles.
-pub(crate) struct System<'a> {
-    around: &'a Surroundings,
-    rows: Vec<Row>,
-}
+/// Along a line; never here.
+const AXES: [&[usize]; 4] = [&[], &[2], &[0, 2], &[0, 1, 2]];
 
 /// The weight f of a pair so far from each other in m.
 fn weight(around: &Surroundings) -> impl Fn(f64) -> f64 + Copy {
@@ -77,117 +73,126 @@ fn pairs(around: &Surroundings) -> impl Fn(DVec3, f64, f64) -> DMat3 {
     }
 }
 
-impl<'a> System<'a> {
+/// The components of a vector that count, in a plane x and z.
+fn flat<const D: usize>(vector: DVec3) -> [f64; D] {
+    std::array::from_fn(|k| vector[AXES[D][k]])
+}
+
+impl<'a, const D: usize, const M: usize> System<'a, D, M> {
     /// For apparent viscosities in Pa s of particles of which some are at the `surface`.
     pub(crate) fn new(around: &'a Surroundings, surface: &[bool], viscosity: &[f64]) -> Self {
         let pair = pairs(around);
         let lean = leaning(around, surface);
+        let entries = |block: DMat3| -> Block<D> {
+            std::array::from_fn(|i| std::array::from_fn(|j| block.col(AXES[D][j])[AXES[D][i]]))
+        };
         let row = |a: usize| {
             let (mut own, mut carried) = (DMat3::ZERO, DVec3::ZERO);
-            let mut others: Vec<(usize, DMat3)> = Vec::new();
+            let mut others: Vec<(u32, DMat3)> = Vec::new();
             for (_, x, source) in around.around(a) {
                 let block = (1.0 - x.dot(lean[a])) * pair(x, viscosity[a], viscosity[source.of]);
                 own += block;
                 carried += block * source.carried;
-                others.push((source.of, block * source.turn));
+                match source.of == a {
+                    true => own -= block * source.turn,
+                    false => others.push((source.of as u32, -(block * source.turn))),
+                }
             }
             // What comes from images belongs to their particles; in the order of these, and then of the images.
             others.sort_by_key(|(of, _)| *of);
-            let mut merged: Vec<(usize, DMat3)> = Vec::with_capacity(others.len());
-            for (of, block) in others {
-                match merged.last_mut() {
-                    _ if of == a => own -= block,
-                    Some((last, sum)) if *last == of => *sum -= block,
-                    _ => merged.push((of, -block)),
-                }
-            }
-            Row { own, others: merged, carried }
+            others.dedup_by(|next, kept| {
+                let same = next.0 == kept.0;
+                kept.1 += if same { next.1 } else { DMat3::ZERO };
+                same
+            });
+            let others: Vec<_> = others.into_iter().map(|(of, block)| (of, entries(block))).collect();
+            (entries(own), others, flat::<D>(carried))
         };
-        Self { around, rows: around.each(row) }
+        let rows = around.each(row);
+        let carried = rows.iter().flat_map(|(_, _, carried)| *carried).collect();
+        let matrix = Matrix::from_blocks(rows.into_iter().map(|(own, others, _)| (own, others)));
+        Self { around, matrix, carried }
     }
 
-    /// Brings velocities in m/s to the end of a step of `step` in s under a `force` in N/m3, all at once; gives the iterations that it took.
-    pub(crate) fn diffuse(
-        &self,
-        fluid: &Fluid,
-        force: impl Fn(usize) -> DVec3 + Sync + Send,
+    /// Brings velocities in m/s to the end of a step of `step` in s under forces in N/m3, all at once unless it is `explicit`; gives the iterations that it took.
+    pub(crate) fn advance(
+        self,
+        density: f64,
+        forces: &[DVec3],
+        velocities: &mut [DVec3],
+        step: f64,
+        explicit: bool,
+    ) -> Result<usize, Failure> {
+        match explicit {
+            true => Ok(self.push(density, forces, velocities, step)),
+            false => self.diffuse(density, forces, velocities, step),
+        }
+    }
+
+    fn diffuse(
+        mut self,
+        density: f64,
+        forces: &[DVec3],
         velocities: &mut [DVec3],
         step: f64,
     ) -> Result<usize, Failure> {
-        // The components of a plane are x and z.
-        let axes: &[usize] = if self.around.dimension == Dimension::Two { &[0, 2] } else { &[0, 1, 2] };
-        let (d, rate) = (axes.len(), fluid.density / step);
-        let entry = move |block: &DMat3, i: usize, j: usize| block.col(axes[j])[axes[i]];
-        let scalar = |n: usize| {
-            let (row, a, i) = (&self.rows[n / d], n / d, n % d);
-            let beside = (0..d).filter(move |j| *j != i);
-            let beside = beside.map(move |j| ((a * d + j) as u32, entry(&row.own, i, j)));
-            let others = row
-                .others
-                .iter()
-                .flat_map(move |(of, block)| (0..d).map(move |j| ((of * d + j) as u32, entry(block, i, j))));
-            (rate + entry(&row.own, i, i), beside.chain(others))
-        };
-        let matrix = Matrix::from_rows((0..self.around.number * d).map(scalar));
-        let flat = |vectors: Vec<DVec3>| -> Vec<f64> {
-            vectors.iter().flat_map(|v| axes.iter().map(move |axis| v[*axis])).collect()
-        };
-        let right = flat(self.around.each(|a| rate * velocities[a] + force(a) + self.rows[a].carried));
-        let mut u = flat(velocities.to_vec());
-        let multigrid =
-            Multigrid::new(&matrix, &self.around.positions[..self.around.number], self.around.spacing);
-        let solved = solve(&matrix, Some(&multigrid), &right, &mut u, &SETTINGS)?;
-        for (velocity, u) in velocities.iter_mut().zip(u.chunks_exact(d)) {
-            axes.iter().zip(u).for_each(|(axis, u)| velocity[*axis] = *u);
+        let (around, rate) = (self.around, density / step);
+        self.matrix.shift(rate);
+        let pushed = forces.iter().zip(&*velocities).flat_map(|(force, u)| flat::<D>(rate * *u + *force));
+        let right: Vec<f64> = pushed.zip(&self.carried).map(|(pushed, carried)| pushed + carried).collect();
+        let mut new: Vec<f64> = velocities.iter().flat_map(|u| flat::<D>(*u)).collect();
+        let places = &around.positions[..around.number];
+        let multigrid = Multigrid::<D, M>::new(&self.matrix, places, around.spacing);
+        let solved = solve(&self.matrix, Some(&multigrid), &right, &mut new, &SETTINGS)?;
+        for (u, new) in velocities.iter_mut().zip(new.as_chunks::<D>().0) {
+            AXES[D].iter().zip(new).for_each(|(axis, new)| u[*axis] = *new);
         }
         Ok(solved.iterations)
     }
 
-    /// What walls are pulled by: each with the place in m half-way to an image in it and the force of the pair in N/m3.
-    pub(crate) fn pulls(&self, viscosity: &[f64], velocities: &[DVec3]) -> Vec<(usize, DVec3, DVec3)> {
-        let (around, pair) = (self.around, pairs(self.around));
-        let mut pulls = Vec::new();
-        for a in 0..around.number {
-            for (_, x, source) in around.around(a) {
-                if let Some(wall) = source.wall {
-                    let seen = source.turn * velocities[source.of] + source.carried;
-                    let block = pair(x, viscosity[a], viscosity[source.of]);
-                    pulls.push((wall, around.positions[a] + 0.5 * x, block * (velocities[a] - seen)));
-                }
+    /// By the velocities at the beginning of the step; no iterations.
+    fn push(&self, density: f64, forces: &[DVec3], velocities: &mut [DVec3], step: f64) -> usize {
+        let before: Vec<f64> = velocities.iter().flat_map(|u| flat::<D>(*u)).collect();
+        let mut braked = vec![0.0; before.len()];
+        self.matrix.times(&before, &mut braked);
+        for (n, (u, force)) in velocities.iter_mut().zip(forces).enumerate() {
+            for (k, axis) in AXES[D].iter().enumerate() {
+                u[*axis] += step / density * (force[*axis] + self.carried[n * D + k] - braked[n * D + k]);
             }
         }
-        pulls
-    }
-
-    /// The same by the velocities at the beginning of the step; no iterations.
-    pub(crate) fn push(
-        &self,
-        fluid: &Fluid,
-        force: impl Fn(usize) -> DVec3 + Sync + Send,
-        velocities: &mut [DVec3],
-        step: f64,
-    ) -> usize {
-        let pushes = self.around.each(|a| {
-            let row = &self.rows[a];
-            let others: DVec3 = row.others.iter().map(|(of, block)| *block * velocities[*of]).sum();
-            force(a) + row.carried - row.own * velocities[a] - others
-        });
-        velocities.par_iter_mut().zip(pushes).for_each(|(u, push)| *u += step / fluid.density * push);
         0
     }
+}
+
+/// What walls are pulled by: each with the place in m half-way to an image in it and the force of the pair in N/m3.
+pub(crate) fn pulls(
+    around: &Surroundings,
+    viscosity: &[f64],
+    velocities: &[DVec3],
+) -> Vec<(usize, DVec3, DVec3)> {
+    let pair = pairs(around);
+    let mut pulls = Vec::new();
+    for a in 0..around.number {
+        for (_, x, source) in around.around(a) {
+            if let Some(wall) = source.wall {
+                let seen = source.turn * velocities[source.of] + source.carried;
+                let block = pair(x, viscosity[a], viscosity[source.of]);
+                pulls.push((wall, around.positions[a] + 0.5 * x, block * (velocities[a] - seen)));
+            }
+        }
+    }
+    pulls
 }
 
 #[cfg(test)]
 mod tests {
     use std::f64::consts::PI;
 
+    use super::*;
+    use crate::Space;
     use tremie_cloud::{Dimension, nodes};
     use tremie_geometry::{Body, Shape};
     use tremie_numerics::DQuat;
-    use tremie_rheology::FlowCurve;
-
-    use super::*;
-    use crate::Space;
 
     /// div(2 mu E) in the midst of a lattice, by which the velocity changes in a step, along its axes and at 45 degrees to them.
     #[test]
@@ -217,20 +222,20 @@ mod tests {
         let body = Body::Shape(Shape::Box { min: DVec3::splat(-0.5), max: DVec3::splat(0.5) });
         let positions: Vec<DVec3> = nodes(&body, spacing, dimension, 0.0).iter().map(|at| put(*at)).collect();
         let around = Surroundings::new(&positions, &Space::free(dimension, spacing), 0.0, 1.0);
-        let fluid = Fluid {
-            density: 1000.0,
-            curve: FlowCurve::Newtonian { viscosity: 3.0 },
-            largest_viscosity: f64::INFINITY,
-            gravity: DVec3::ZERO,
-            as_printed: false,
-        };
+        let density = 1000.0;
         // Free of divergence: (z^2, 0, x^2).
         let viscosity: Vec<f64> = positions.iter().map(|at| 3.0 * (1.0 + 0.5 * at.x)).collect();
         let before: Vec<DVec3> =
             positions.iter().map(|at| DVec3::new(at.z * at.z, 0.0, at.x * at.x)).collect();
         let (mut after, step) = (before.clone(), 0.02);
-        let system = System::new(&around, &around.surface(&around.gradients()), &viscosity);
-        let solved = system.diffuse(&fluid, |_| DVec3::ZERO, &mut after, step);
+        let surface = around.surface(&around.gradients());
+        let still = vec![DVec3::ZERO; positions.len()];
+        let solved = match dimension {
+            Dimension::Two => System::<2, 3>::new(&around, &surface, &viscosity)
+                .advance(density, &still, &mut after, step, false),
+            Dimension::Three => System::<3, 6>::new(&around, &surface, &viscosity)
+                .advance(density, &still, &mut after, step, false),
+        };
         assert!(solved.is_ok(), "{solved:?}");
         let (mut sum, mut whole) = (0.0, 0.0);
         for n in (0..positions.len()).filter(|n| positions[*n].abs().max_element() < 0.2) {
@@ -238,7 +243,7 @@ mod tests {
             // mu lap u + 2 E grad mu
             let exact = 6.0 * (1.0 + 0.5 * at.x) * DVec3::new(1.0, 0.0, 1.0)
                 + DVec3::new(0.0, 0.0, 3.0 * (at.x + at.z));
-            sum += exact.dot((after[n] - before[n]) * fluid.density / step);
+            sum += exact.dot((after[n] - before[n]) * density / step);
             whole += exact.length_squared();
         }
         sum / whole
