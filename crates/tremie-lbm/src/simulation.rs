@@ -574,6 +574,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             allocated: blocks * CELLS,
             bytes: self.grid.bytes() + self.fibres.as_ref().map_or(0, FibreField::bytes),
             updates: self.updates,
+            iterations: [0; 2],
         }
     }
 

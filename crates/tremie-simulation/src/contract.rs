@@ -46,6 +46,8 @@ pub struct Load {
     pub bytes: usize,
     /// Updates of wet cells or nodes since the start (of this process).
     pub updates: u64,
+    /// Iterations of the linear systems in all steps since then: of viscous forces, and of the pressure. None where a method has no such systems.
+    pub iterations: [u64; 2],
 }
 
 /// A numerical breakdown: where, when, and what is likely to help.

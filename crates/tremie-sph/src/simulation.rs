@@ -28,6 +28,8 @@ pub(crate) struct Isph {
     pub(crate) left: u64,
     /// Updates of particles since the start of the process.
     updates: u64,
+    /// Iterations of both linear systems since then.
+    iterations: [u64; 2],
     /// A speed in m/s that is not reached by anything right.
     runaway: f64,
 }
@@ -56,7 +58,16 @@ impl Isph {
         let runaway = if fastest > 0.0 { RUNAWAY * fastest } else { f64::INFINITY };
         let free = DVec3::from(particles.space.periodic.map(|periodic| if periodic { 0.0 } else { 1.0 }));
         let confined = free * particles.fluid.gravity;
-        Self { case: case.clone(), particles, whose, confined, left: 0, updates: 0, runaway }
+        Self {
+            case: case.clone(),
+            particles,
+            whose,
+            confined,
+            left: 0,
+            updates: 0,
+            iterations: [0; 2],
+            runaway,
+        }
     }
 
     /// What a checkpoint must be for.
@@ -141,6 +152,7 @@ impl Simulation for Isph {
             };
             return Err(self.breakdown(at, failure.to_string(), advice));
         }
+        self.iterations = std::array::from_fn(|k| self.iterations[k] + self.particles.iterations[k] as u64);
         self.drain();
         let (at, speed) = self.fastest();
         if speed.is_nan() || speed > self.runaway {
@@ -156,7 +168,13 @@ impl Simulation for Isph {
 
     fn load(&self) -> Load {
         let number = self.particles.positions.len();
-        Load { wet: number, allocated: number, bytes: self.particles.bytes(), updates: self.updates }
+        Load {
+            wet: number,
+            allocated: number,
+            bytes: self.particles.bytes(),
+            updates: self.updates,
+            iterations: self.iterations,
+        }
     }
 
     fn save(&self) -> State {

@@ -406,6 +406,7 @@ impl<const Q: usize> Simulation for Dense<Q> {
             allocated: self.kinds.len(),
             bytes: Self::BYTES * self.kinds.len(),
             updates: self.updates,
+            iterations: [0; 2],
         }
     }
 

@@ -2,7 +2,7 @@
 //!
 //! A cell update must read and write the populations of the cell, if nothing is kept twice and nothing else is moved:
 //! that many bytes, at the bandwidth of the memory, are the limit that updates are held against (`bandwidth_share`).
-//! The bandwidth is measured in the same run.
+//! The bandwidth is measured in the same run. Of particles a step is two linear systems, which take iterations: these are told instead.
 
 mod bandwidth;
 
@@ -19,7 +19,7 @@ use tremie_simulation::gauges::Gauges;
 use tremie_simulation::rest::RestWatch;
 
 use crate::numbers::significant;
-use crate::terminal;
+use crate::{plan, terminal};
 
 /// Repeats of a box, of which the median counts.
 const REPEATS: usize = 7;
@@ -75,6 +75,15 @@ enum Id {
     /// 50,000 eight times as close together, in 64^3 cells: 0.5 % of the volume, as concrete has them
     #[value(name = "fibres-50k-dense")]
     Fibres50kDense,
+    /// A planar collapse by 10,000 particles
+    #[value(name = "isph-10k")]
+    Isph10k,
+    /// By 100,000
+    #[value(name = "isph-100k")]
+    Isph100k,
+    /// By 300,000
+    #[value(name = "isph-300k")]
+    Isph300k,
 }
 
 /// A row of the table, an entry of the list.
@@ -97,8 +106,12 @@ struct Entry {
     updates_per_second: Option<f64>,
     bytes_per_update: Option<f64>,
     /// Bytes moved per second: what the memory can do, or what the updates need of it.
-    bytes_per_second: f64,
-    bandwidth_share: f64,
+    bytes_per_second: Option<f64>,
+    bandwidth_share: Option<f64>,
+    milliseconds_per_step: Option<f64>,
+    /// Iterations a step, of methods that solve linear systems for viscous forces and the pressure.
+    viscous_iterations: Option<f64>,
+    pressure_iterations: Option<f64>,
     /// What the step is longer by for each body in it, in microseconds.
     microseconds_per_body_step: Option<f64>,
 }
@@ -120,12 +133,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let limit = Entry {
         id: name(Id::Bandwidth),
         threads: rayon::current_num_threads(),
-        bytes_per_second: bandwidth::measure(),
-        bandwidth_share: 1.0,
+        bytes_per_second: Some(bandwidth::measure()),
+        bandwidth_share: Some(1.0),
         ..Entry::default()
     };
     show(&limit);
-    let bandwidth = limit.bytes_per_second;
+    let bandwidth = limit.bytes_per_second.unwrap_or(f64::NAN);
     let mut entries = vec![limit];
     for id in others {
         let work = match id {
@@ -136,6 +149,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
             Id::Fibres50k => fibres(50_000, 1.0)?,
             Id::Fibres100k => fibres(100_000, 1.0)?,
             Id::Fibres50kDense => fibres(50_000, 8.0)?,
+            Id::Isph10k => pace(&particles_case(10_000)?)?,
+            Id::Isph100k => pace(&particles_case(100_000)?)?,
+            Id::Isph300k => pace(&particles_case(300_000)?)?,
             Id::Bandwidth => continue,
         };
         let entry = Entry::new(name(*id), &work, bandwidth);
@@ -154,6 +170,8 @@ fn name(id: Id) -> String {
 
 /// What a simulation did.
 struct Work {
+    /// Whether cells are updated by their populations; else they are particles.
+    lattice: bool,
     precision: Precision,
     cells: usize,
     /// Mean cells that held fluid, and that memory was kept for.
@@ -163,6 +181,8 @@ struct Work {
     steps: u64,
     seconds: f64,
     updates_per_second: f64,
+    /// Iterations a step of viscous forces and of the pressure.
+    iterations: [f64; 2],
     microseconds_per_body_step: Option<f64>,
 }
 
@@ -188,10 +208,11 @@ fn pace(case: &Case) -> anyhow::Result<Work> {
         Method::Lbm(lbm) => lbm.precision,
         Method::Isph(_) => Precision::F64,
     };
-    let mut simulation = tremie_lbm::simulation(case);
+    let mut simulation = plan::simulation(case);
     for _ in 0..WARM_UP {
         simulation.advance()?;
     }
+    let iterated = simulation.load().iterations;
     let (mut steps, mut seconds, mut paces) = (0, 0.0, Vec::new());
     for _ in 0..REPEATS {
         let (start, before) = (Instant::now(), simulation.load().updates);
@@ -204,8 +225,10 @@ fn pace(case: &Case) -> anyhow::Result<Work> {
         seconds += took;
     }
     paces.sort_by(f64::total_cmp);
-    let Load { wet, allocated, bytes, .. } = simulation.load();
+    let Load { wet, allocated, bytes, iterations, .. } = simulation.load();
+    let each = |k: usize| (iterations[k] - iterated[k]) as f64 / steps as f64;
     Ok(Work {
+        lattice: matches!(case.method, Method::Lbm(_)),
         precision,
         cells: cells(case),
         wet: wet as f64,
@@ -214,6 +237,7 @@ fn pace(case: &Case) -> anyhow::Result<Work> {
         steps,
         seconds,
         updates_per_second: paces[REPEATS / 2],
+        iterations: [each(0), each(1)],
         microseconds_per_body_step: None,
     })
 }
@@ -247,6 +271,7 @@ fn slump(quick: bool) -> anyhow::Result<Work> {
     }
     let updates = simulation.load().updates as f64;
     Ok(Work {
+        lattice: matches!(case.method, Method::Lbm(_)),
         precision: Precision::F32,
         cells: cells(&case),
         wet: updates / steps as f64,
@@ -255,6 +280,7 @@ fn slump(quick: bool) -> anyhow::Result<Work> {
         steps,
         seconds,
         updates_per_second: updates / seconds,
+        iterations: [0.0; 2],
         microseconds_per_body_step: None,
     })
 }
@@ -299,6 +325,13 @@ fn fibres_case(number: usize, closer: f64) -> anyhow::Result<Case> {
     Ok(case)
 }
 
+/// So many particles, to some parts in a thousand.
+fn particles_case(number: usize) -> anyhow::Result<Case> {
+    let high = (0.5 * number as f64).sqrt().round();
+    let text = include_str!("particles.toml").replace("SPACING", &(0.3 / high).to_string());
+    Ok(Case::parse("particles.toml", &text)?)
+}
+
 fn slump_case(quick: bool) -> anyhow::Result<Case> {
     let mut case = Case::parse("slump.toml", include_str!("slump.toml"))?;
     if quick {
@@ -311,7 +344,7 @@ fn cells(case: &Case) -> usize {
     case.domain.cells(case.method.resolution()).iter().product()
 }
 
-const HEADER: [&str; 10] = [
+const HEADER: [&str; 12] = [
     "id",
     "cells",
     "wet",
@@ -322,9 +355,11 @@ const HEADER: [&str; 10] = [
     "GB/s",
     "of bandwidth",
     "us/body",
+    "ms/step",
+    "iterations",
 ];
 
-fn line(columns: &[String; 10]) -> String {
+fn line(columns: &[String; 12]) -> String {
     let [id, rest @ ..] = columns;
     rest.iter().fold(format!("{id:<14}"), |line, column| format!("{line} {column:>13}"))
 }
@@ -335,8 +370,9 @@ impl Entry {
             Precision::F32 => ("f32", 4.0),
             Precision::F64 => ("f64", 8.0),
         };
-        let bytes_per_update = 2.0 * POPULATIONS * size;
-        let bytes_per_second = bytes_per_update * work.updates_per_second;
+        let bytes_per_update = work.lattice.then_some(2.0 * POPULATIONS * size);
+        let bytes_per_second = bytes_per_update.map(|bytes| bytes * work.updates_per_second);
+        let [viscous, pressure] = work.iterations.map(|each| (!work.lattice).then_some(each));
         Self {
             id,
             precision: Some(precision),
@@ -348,16 +384,23 @@ impl Entry {
             steps: Some(work.steps),
             seconds: Some(work.seconds),
             updates_per_second: Some(work.updates_per_second),
-            bytes_per_update: Some(bytes_per_update),
+            bytes_per_update,
             bytes_per_second,
-            bandwidth_share: bytes_per_second / bandwidth,
+            bandwidth_share: bytes_per_second.map(|bytes| bytes / bandwidth),
+            milliseconds_per_step: Some(1e3 * work.seconds / work.steps as f64),
+            viscous_iterations: viscous,
+            pressure_iterations: pressure,
             microseconds_per_body_step: work.microseconds_per_body_step,
         }
     }
 
-    fn columns(&self) -> [String; 10] {
+    fn columns(&self) -> [String; 12] {
         let show = |value: Option<f64>, text: fn(f64) -> String| value.map_or_else(|| "-".to_owned(), text);
         let count = |number: f64| HumanCount(number as u64).to_string();
+        let iterations = match (self.viscous_iterations, self.pressure_iterations) {
+            (Some(viscous), Some(pressure)) => format!("{viscous:.1} + {pressure:.1}"),
+            _ => "-".to_owned(),
+        };
         [
             self.id.clone(),
             show(self.cells.map(|n| n as f64), count),
@@ -366,9 +409,11 @@ impl Entry {
             show(self.bytes_per_allocated_cell, |bytes| format!("{bytes:.0}")),
             show(self.updates_per_second.map(|pace| 1e-6 * pace), |pace| format!("{pace:.1}")),
             show(self.bytes_per_update, significant),
-            format!("{:.1}", 1e-9 * self.bytes_per_second),
-            format!("{:.1} %", 100.0 * self.bandwidth_share),
+            show(self.bytes_per_second, |bytes| format!("{:.1}", 1e-9 * bytes)),
+            show(self.bandwidth_share, |share| format!("{:.1} %", 100.0 * share)),
             show(self.microseconds_per_body_step, |cost| format!("{cost:.2}")),
+            show(self.milliseconds_per_step, significant),
+            iterations,
         ]
     }
 }
@@ -382,6 +427,10 @@ mod tests {
         let full = full_box_case(Precision::F64).unwrap();
         assert_eq!(cells(&full), 128 * 128 * 128);
         assert!((tremie_lbm::Plan::new(&full).wet_cells / 128f64.powi(3) - 1.0).abs() < 1e-9);
+        for number in [10_000, 100_000, 300_000] {
+            let particles = tremie_sph::Plan::new(&particles_case(number).unwrap());
+            assert!(particles.plane && (particles.particles as f64 / number as f64 - 1.0).abs() < 0.02);
+        }
         let slump = slump_case(false).unwrap();
         assert_eq!(tremie_lbm::Plan::new(&slump).cells, [150, 150, 61]);
         assert!(slump.stop.rest.is_some() && slump_case(true).unwrap().stop.time == QUICK);
@@ -398,6 +447,7 @@ mod tests {
     #[test]
     fn an_entry_has_the_keys_that_scripts_ask_for() {
         let work = Work {
+            lattice: true,
             precision: Precision::F32,
             cells: 1000,
             wet: 500.0,
@@ -406,6 +456,7 @@ mod tests {
             steps: 10,
             seconds: 1.0,
             updates_per_second: 1e8,
+            iterations: [0.0; 2],
             microseconds_per_body_step: Some(1.5),
         };
         let entry = Entry::new(name(Id::LbmBoxF32), &work, 38e9);
@@ -417,5 +468,9 @@ mod tests {
         // 19 populations of 4 bytes, read and written.
         assert_eq!(json["bytes_per_update"], 152.0);
         assert_eq!(json["bandwidth_share"], 0.4);
+        let work = Work { lattice: false, iterations: [8.0, 6.0], ..work };
+        let json = serde_json::to_value(Entry::new(name(Id::Isph10k), &work, 38e9)).unwrap();
+        assert_eq!((&json["viscous_iterations"], &json["pressure_iterations"]), (&8.0.into(), &6.0.into()));
+        assert!(json["bytes_per_update"].is_null());
     }
 }
