@@ -84,7 +84,7 @@ pub fn solve<const N: usize, const M: usize>(
     settings: &Settings,
 ) -> Result<Solved, Failure> {
     let precondition = |r: &[f64]| match multigrid {
-        Some(multigrid) => multigrid.cycle(matrix, r),
+        Some(multigrid) => multigrid.cycle(r),
         None => (0..r.len()).map(|n| r[n] / matrix.diagonal[n / N][n % N][n % N]).collect(),
     };
     let scale = dot(b, b).sqrt();

@@ -1,22 +1,30 @@
 //! Matrices with few entries in a row: one for the node itself, and others for its neighbours. A node has N unknowns, such as the components of a velocity, and an entry is a block that
 //! couples those of two nodes. Vectors hold the unknowns of the nodes one after the other.
 
+use std::ops::{AddAssign, Mul, Sub};
+
 use rayon::prelude::*;
 
 /// Nodes that one thread takes at a time; with fewer there is nothing to share.
 const CHUNK: usize = 1024;
 
+/// Numbers that matrices are made of.
+pub trait Number: Copy + Default + Send + Sync + Sub<Output = Self> + Mul<Output = Self> + AddAssign {}
+
+impl Number for f64 {}
+impl Number for f32 {}
+
 /// What couples the unknowns of two nodes, by rows.
-pub type Block<const N: usize> = [[f64; N]; N];
+pub type Block<const N: usize, T = f64> = [[T; N]; N];
 
 /// A square matrix by rows of blocks.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Matrix<const N: usize = 1> {
-    pub(crate) diagonal: Vec<Block<N>>,
+pub struct Matrix<const N: usize = 1, T = f64> {
+    pub(crate) diagonal: Vec<Block<N, T>>,
     /// Where the entries of each row begin beside the diagonal, and the end of all.
     firsts: Vec<usize>,
     columns: Vec<u32>,
-    values: Vec<Block<N>>,
+    values: Vec<Block<N, T>>,
 }
 
 /// Does something for each of many; a few are not worth the waking of threads.
@@ -29,21 +37,21 @@ pub(crate) fn rows<T: Send>(of: &mut [T], make: impl Fn(usize, &mut T) + Sync + 
 }
 
 /// The unknowns of nodes.
-pub(crate) fn nodes<const N: usize>(x: &[f64]) -> &[[f64; N]] {
+pub(crate) fn nodes<const N: usize, T>(x: &[T]) -> &[[T; N]] {
     x.as_chunks().0
 }
 
 /// The same to be changed.
-pub(crate) fn nodes_mut<const N: usize>(x: &mut [f64]) -> &mut [[f64; N]] {
+pub(crate) fn nodes_mut<const N: usize, T>(x: &mut [T]) -> &mut [[T; N]] {
     x.as_chunks_mut().0
 }
 
 /// `sum` += A x for a block.
 #[inline(always)]
-pub(crate) fn add_product<const N: usize>(sum: &mut [f64; N], block: &Block<N>, x: &[f64; N]) {
+pub(crate) fn add_product<const N: usize, T: Number>(sum: &mut [T; N], block: &Block<N, T>, x: &[T; N]) {
     for (sum, row) in sum.iter_mut().zip(block) {
         for (value, x) in row.iter().zip(x) {
-            *sum += value * x;
+            *sum += *value * *x;
         }
     }
 }
@@ -78,6 +86,20 @@ impl<const N: usize> Matrix<N> {
         self.diagonal.iter_mut().for_each(|block| (0..N).for_each(|k| block[k][k] += by));
     }
 
+    /// The same in fewer digits, which takes half of the memory.
+    pub(crate) fn rounded(&self) -> Matrix<N, f32> {
+        let round = |block: &Block<N>| block.map(|row| row.map(|value| value as f32));
+        let all = |blocks: &[Block<N>]| blocks.par_iter().with_min_len(CHUNK).map(round).collect();
+        Matrix {
+            diagonal: all(&self.diagonal),
+            firsts: self.firsts.clone(),
+            columns: self.columns.clone(),
+            values: all(&self.values),
+        }
+    }
+}
+
+impl<const N: usize, T: Number> Matrix<N, T> {
     /// Number of nodes.
     pub fn len(&self) -> usize {
         self.diagonal.len()
@@ -95,7 +117,7 @@ impl<const N: usize> Matrix<N> {
 
     /// Columns and blocks of a row beside the diagonal.
     #[inline]
-    pub(crate) fn others(&self, row: usize) -> impl Iterator<Item = (usize, &Block<N>)> {
+    pub(crate) fn others(&self, row: usize) -> impl Iterator<Item = (usize, &Block<N, T>)> {
         let range = self.firsts[row]..self.firsts[row + 1];
         let columns = self.columns[range.clone()].iter().map(|column| *column as usize);
         columns.zip(&self.values[range])
@@ -103,8 +125,8 @@ impl<const N: usize> Matrix<N> {
 
     /// A row times a vector.
     #[inline]
-    fn row(&self, row: usize, x: &[[f64; N]]) -> [f64; N] {
-        let mut sum = [0.0; N];
+    fn row(&self, row: usize, x: &[[T; N]]) -> [T; N] {
+        let mut sum = [T::default(); N];
         add_product(&mut sum, &self.diagonal[row], &x[row]);
         for (column, block) in self.others(row) {
             add_product(&mut sum, block, &x[column]);
@@ -113,15 +135,15 @@ impl<const N: usize> Matrix<N> {
     }
 
     /// `to` = A x.
-    pub fn times(&self, x: &[f64], to: &mut [f64]) {
+    pub fn times(&self, x: &[T], to: &mut [T]) {
         let x = nodes(x);
         rows(nodes_mut(to), |row, to| *to = self.row(row, x));
     }
 
     /// `to` = b - A x.
-    pub(crate) fn residual(&self, b: &[f64], x: &[f64], to: &mut [f64]) {
-        let (b, x) = (nodes::<N>(b), nodes(x));
-        rows(nodes_mut::<N>(to), |row, to| {
+    pub(crate) fn residual(&self, b: &[T], x: &[T], to: &mut [T]) {
+        let (b, x) = (nodes::<N, T>(b), nodes(x));
+        rows(nodes_mut::<N, T>(to), |row, to| {
             let product = self.row(row, x);
             *to = std::array::from_fn(|k| b[row][k] - product[k]);
         });

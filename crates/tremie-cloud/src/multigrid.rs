@@ -5,6 +5,9 @@
 //! of its nodes: fluid that has not yielded moves as a solid does, and drops of it spin. A cycle smooths by damped Jacobi sweeps, all unknowns of a node or cell at once, corrects by the next level and smooths again. Such pieces are
 //! stiffer than what they stand for: the correction is taken [`OVER`] times (Braess 1995).
 //!
+//! A correction need not be exact: on all levels matrices and values have 32 bits, because their memory is what a cycle waits for. The sums over cells are formed in 64 bits, or what small there is beside the
+//! stiffness of a cell, its mass, would be lost from level to level.
+//!
 //! A node without entries beside the diagonal, such as a given pressure, is solved by the sweeps and belongs to no cell.
 
 use rayon::prelude::*;
@@ -18,7 +21,7 @@ const SWEEPS: usize = 2;
 /// Damping of a sweep.
 const DAMPING: f64 = 0.67;
 /// By how much corrections are larger than those of constant pieces.
-const OVER: f64 = 1.8;
+const OVER: f32 = 1.8;
 /// Unknowns of the last level at most, and sweeps there.
 const FEW: usize = 64;
 const LAST: usize = 40;
@@ -28,6 +31,7 @@ const CHUNK: usize = 256;
 /// The levels below a matrix for nodes with N unknowns, and cells with M: as many, and the turns of velocities, one in a plane and three in space.
 #[derive(Debug, Clone)]
 pub struct Multigrid<const N: usize, const M: usize> {
+    matrix: Matrix<N, f32>,
     smoother: Smoother<N>,
     first: Option<Level<N, M>>,
     rest: Vec<Level<M, M>>,
@@ -36,17 +40,17 @@ pub struct Multigrid<const N: usize, const M: usize> {
 /// A level below another one.
 #[derive(Debug, Clone)]
 struct Level<const A: usize, const M: usize> {
-    transfer: Transfer<A, M>,
-    matrix: Matrix<M>,
+    transfer: Transfer<A, M, f32>,
+    matrix: Matrix<M, f32>,
     smoother: Smoother<M>,
 }
 
 /// How pieces with A unknowns move with cells of them.
 #[derive(Debug, Clone)]
-struct Transfer<const A: usize, const M: usize> {
+struct Transfer<const A: usize, const M: usize, T> {
     /// The cell of each piece, or [`NONE`], and how its unknowns follow those of the cell.
     cells: Vec<u32>,
-    follows: Vec<[[f64; M]; A]>,
+    follows: Vec<[[T; M]; A]>,
     /// The pieces of each cell, and where they begin.
     members: Vec<u32>,
     firsts: Vec<usize>,
@@ -71,28 +75,34 @@ impl<const N: usize, const M: usize> Multigrid<N, M> {
         let cell = |at: &DVec3| (*at / spacing).floor().to_array().map(|x| x as i64);
         let cells = positions.iter().map(cell).collect();
         let mut pieces = Pieces { at: positions.to_vec(), cells, length: spacing };
-        let first = coarser::<N, N, M>(matrix, &mut pieces);
-        let mut rest: Vec<Level<M, M>> = Vec::new();
-        if let Some(first) = &first {
-            while let Some(level) =
-                coarser::<N, M, M>(rest.last().map_or(&first.matrix, |level| &level.matrix), &mut pieces)
-            {
+        let (mut first, mut rest) = (None, Vec::new());
+        if let Some((level, mut exact)) = coarser::<N, N, M>(matrix, &mut pieces) {
+            first = Some(level);
+            while let Some((level, next)) = coarser::<N, M, M>(&exact, &mut pieces) {
                 rest.push(level);
+                exact = next;
             }
         }
-        Self { smoother: Smoother::new(matrix), first, rest }
+        Self { matrix: matrix.rounded(), smoother: Smoother::new(matrix), first, rest }
     }
 
     /// Entries of all levels over those of the first.
-    pub fn complexity(&self, matrix: &Matrix<N>) -> f64 {
+    pub fn complexity(&self) -> f64 {
         let first = self.first.iter().map(|level| level.matrix.entries());
         let entries: usize = first.chain(self.rest.iter().map(|level| level.matrix.entries())).sum();
-        1.0 + entries as f64 / matrix.entries() as f64
+        1.0 + entries as f64 / self.matrix.entries() as f64
     }
 
     /// About the solution of `A x = b`, by one cycle from zero on; symmetric if A is.
-    pub(crate) fn cycle(&self, matrix: &Matrix<N>, b: &[f64]) -> Vec<f64> {
-        descend(matrix, &self.smoother, self.first.as_ref(), &self.rest, b)
+    pub(crate) fn cycle(&self, b: &[f64]) -> Vec<f64> {
+        // So that nothing is too small or too large for 32 bits.
+        let scale = b.iter().fold(0.0, |scale: f64, b| scale.max(b.abs()));
+        if scale == 0.0 {
+            return vec![0.0; b.len()];
+        }
+        let b: Vec<f32> = b.iter().map(|b| (b / scale) as f32).collect();
+        let x = descend(&self.matrix, &self.smoother, self.first.as_ref(), &self.rest, &b);
+        x.into_iter().map(|x| scale * f64::from(x)).collect()
     }
 }
 
@@ -115,11 +125,11 @@ fn follow<const N: usize, const A: usize, const M: usize>(way: DVec3, length: f6
     follows
 }
 
-/// The next level, on cells twice as large, whose pieces take the place of those given; none if there are few already, or cells would hold a piece each.
+/// The next level and its matrix in all digits, on cells twice as large, whose pieces take the place of those given; none if there are few already, or cells would hold a piece each.
 fn coarser<const N: usize, const A: usize, const M: usize>(
     fine: &Matrix<A>,
     pieces: &mut Pieces,
-) -> Option<Level<A, M>> {
+) -> Option<(Level<A, M>, Matrix<M>)> {
     let number = fine.len();
     if number * A <= FEW {
         return None;
@@ -149,14 +159,16 @@ fn coarser<const N: usize, const A: usize, const M: usize>(
     let transfer = Transfer { cells, follows, members, firsts };
     let matrix = transfer.galerkin(fine);
     let smoother = Smoother::new(&matrix);
-    Some(Level { transfer, matrix, smoother })
+    Some((Level { transfer: transfer.rounded(), matrix: matrix.rounded(), smoother }, matrix))
 }
 
-impl<const A: usize, const M: usize> Transfer<A, M> {
+impl<const A: usize, const M: usize, T> Transfer<A, M, T> {
     fn members(&self, cell: usize) -> impl Iterator<Item = usize> {
         self.members[self.firsts[cell]..self.firsts[cell + 1]].iter().map(|piece| *piece as usize)
     }
+}
 
+impl<const A: usize, const M: usize> Transfer<A, M, f64> {
     /// The sums of rows and columns over cells: P^T A P, P being how pieces follow.
     fn galerkin(&self, fine: &Matrix<A>) -> Matrix<M> {
         let row = |cell: usize| {
@@ -194,13 +206,21 @@ impl<const A: usize, const M: usize> Transfer<A, M> {
         Matrix::from_blocks(rows)
     }
 
+    fn rounded(self) -> Transfer<A, M, f32> {
+        let Self { cells, follows, members, firsts } = self;
+        let follows = follows.into_iter().map(|piece| piece.map(|row| row.map(|by| by as f32))).collect();
+        Transfer { cells, follows, members, firsts }
+    }
+}
+
+impl<const A: usize, const M: usize> Transfer<A, M, f32> {
     /// What cells get of what their pieces have.
-    fn gather(&self, of: &[f64]) -> Vec<f64> {
-        let of = nodes::<A>(of);
+    fn gather(&self, of: &[f32]) -> Vec<f32> {
+        let of = nodes::<A, f32>(of);
         let mut to = vec![0.0; M * (self.firsts.len() - 1)];
-        rows(nodes_mut::<M>(&mut to), |cell, sum| {
+        rows(nodes_mut::<M, f32>(&mut to), |cell, sum| {
             for piece in self.members(cell) {
-                let value: &[f64; A] = &of[piece];
+                let value: &[f32; A] = &of[piece];
                 for (row, value) in self.follows[piece].iter().zip(value) {
                     sum.iter_mut().zip(row).for_each(|(sum, by)| *sum += by * value);
                 }
@@ -210,13 +230,13 @@ impl<const A: usize, const M: usize> Transfer<A, M> {
     }
 
     /// Adds to pieces, so many times, what they have of their cells.
-    fn follow(&self, cells: &[f64], times: f64, to: &mut [f64]) {
-        let cells = nodes::<M>(cells);
-        rows(nodes_mut::<A>(to), |piece, x| {
+    fn follow(&self, cells: &[f32], times: f32, to: &mut [f32]) {
+        let cells = nodes::<M, f32>(cells);
+        rows(nodes_mut::<A, f32>(to), |piece, x| {
             if self.cells[piece] != NONE {
-                let value: &[f64; M] = &cells[self.cells[piece] as usize];
+                let value: &[f32; M] = &cells[self.cells[piece] as usize];
                 for (x, row) in x.iter_mut().zip(&self.follows[piece]) {
-                    *x += times * row.iter().zip(value).map(|(by, value)| by * value).sum::<f64>();
+                    *x += times * row.iter().zip(value).map(|(by, value)| by * value).sum::<f32>();
                 }
             }
         });
@@ -244,20 +264,21 @@ fn add_seen<const A: usize, const M: usize>(
 
 /// Damped Jacobi sweeps: the inverses of what couples the unknowns of each piece. Smoothed row by row instead, what is stiff along one slanted line only would grow.
 #[derive(Debug, Clone)]
-struct Smoother<const A: usize>(Vec<Block<A>>);
+struct Smoother<const A: usize>(Vec<Block<A, f32>>);
 
 impl<const A: usize> Smoother<A> {
     fn new(matrix: &Matrix<A>) -> Self {
-        Self(matrix.diagonal.par_iter().with_min_len(CHUNK).map(|block| inverse(*block)).collect())
+        let rounded = |block: &Block<A>| inverse(*block).map(|row| row.map(|value| value as f32));
+        Self(matrix.diagonal.par_iter().with_min_len(CHUNK).map(rounded).collect())
     }
 
     /// Adds what a residual tells values to change by.
-    fn change(&self, residual: &[f64], x: &mut [f64]) {
-        let residual = nodes::<A>(residual);
-        rows(nodes_mut::<A>(x), |piece, x| add_product(x, &self.0[piece], &residual[piece]));
+    fn change(&self, residual: &[f32], x: &mut [f32]) {
+        let residual = nodes::<A, f32>(residual);
+        rows(nodes_mut::<A, f32>(x), |piece, x| add_product(x, &self.0[piece], &residual[piece]));
     }
 
-    fn sweep(&self, matrix: &Matrix<A>, b: &[f64], x: &mut [f64], residual: &mut [f64]) {
+    fn sweep(&self, matrix: &Matrix<A, f32>, b: &[f32], x: &mut [f32], residual: &mut [f32]) {
         matrix.residual(b, x, residual);
         self.change(residual, x);
     }
@@ -288,12 +309,12 @@ fn inverse<const A: usize>(mut block: Block<A>) -> Block<A> {
 
 /// A cycle on a level and those below.
 fn descend<const A: usize, const M: usize>(
-    matrix: &Matrix<A>,
+    matrix: &Matrix<A, f32>,
     smoother: &Smoother<A>,
     next: Option<&Level<A, M>>,
     below: &[Level<M, M>],
-    b: &[f64],
-) -> Vec<f64> {
+    b: &[f32],
+) -> Vec<f32> {
     let (mut x, mut residual) = (vec![0.0; b.len()], vec![0.0; b.len()]);
     // The first sweep from zero.
     smoother.change(b, &mut x);
