@@ -2,6 +2,7 @@
 //!
 //! - [`Kernel`]: how much a neighbour counts, by its distance.
 //! - [`nodes`]: where there are any at first; [`Neighbours`]: who is near whom; [`at_surface`]: who is at the free surface; [`images`]: what walls show of them, [`copies`]: what is there again beyond periodic sides; [`reorder`]: how those that move stay apart.
+//! - [`Space`] with its walls, and [`Surroundings`]: all of that together at a moment.
 //! - [`Gradients`]: derivatives that are exact for linear fields on any cloud, and the Laplacian of Lagrangian differencing dynamics.
 //! - [`Matrix`], [`Multigrid`], [`solve`]: linear systems over neighbours, by conjugate gradients with a preconditioner whose cost is linear.
 //!
@@ -18,7 +19,9 @@ mod nodes;
 mod operators;
 mod order;
 mod periodic;
+mod space;
 mod surface;
+mod surroundings;
 
 pub use kernel::{Dimension, Kernel, Smoothing};
 pub use krylov::{Failure, Method, Settings, Solved, solve};
@@ -30,4 +33,6 @@ pub use nodes::nodes;
 pub use operators::Gradients;
 pub use order::{Follower, reorder};
 pub use periodic::{Copy, copies};
+pub use space::{Space, Wall};
 pub use surface::at_surface;
+pub use surroundings::{Source, Surroundings};

@@ -26,12 +26,10 @@ mod plan;
 mod pressure;
 mod setup;
 mod simulation;
-mod space;
-mod surroundings;
 mod view;
 mod viscosity;
 
 pub use particles::{Fluid, Particles, Stepping};
 pub use plan::Plan;
 pub use simulation::simulation;
-pub use space::{Space, Wall};
+pub use tremie_cloud::{Space, Wall};

@@ -13,13 +13,11 @@
 //! Wu (2016) takes the gradient where particles are at the end, by which a vortex turning at omega loses dt omega^2/2 of its energy in a time; half-way it loses nothing, as by
 //! leap-frogging. The velocities become those of the fluid at x'.
 
-use tremie_cloud::{Dimension, Failure, Follower, Gradients, reorder};
+use tremie_cloud::{Dimension, Failure, Follower, Gradients, Source, Space, Surroundings, reorder};
 use tremie_numerics::DVec3;
 use tremie_rheology::FlowCurve;
 
 use crate::pressure::{self, Poisson};
-use crate::space::Space;
-use crate::surroundings::{Source, Surroundings};
 use crate::viscosity::System;
 
 /// What flows.

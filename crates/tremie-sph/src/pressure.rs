@@ -21,11 +21,10 @@
 //! Such operators are not each other's adjoints as those of the paper are, which alone keeps energy from growing; where neighbours are on one side only a pressure would even drive apart what
 //! it should hold together. So whoever has neighbours on one side only is at the surface.
 
-use tremie_cloud::{Failure, Gradients, Matrix, Method, Multigrid, Settings, solve};
+use tremie_cloud::{Failure, Gradients, Matrix, Method, Multigrid, Settings, Source, Surroundings, solve};
 use tremie_numerics::DVec3;
 
 use crate::Fluid;
-use crate::surroundings::{Source, Surroundings};
 
 const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-7, iterations: 500 };
 /// Places need not be as exact.

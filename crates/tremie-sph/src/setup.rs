@@ -1,11 +1,10 @@
 //! What a case means to particles.
 
 use tremie_case::{Case, Isph, Method, Side, StrainConvention, StressStep, Surface};
-use tremie_cloud::Dimension;
+use tremie_cloud::{Dimension, Space, Wall};
 use tremie_geometry::{Body, Motion, Shape};
 use tremie_numerics::DVec3;
 
-use crate::space::{Space, Wall};
 use crate::{Fluid, Stepping};
 
 /// Strain under half of the yield stress until the stop time by which fluid that has not yielded may creep.

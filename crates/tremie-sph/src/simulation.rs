@@ -1,14 +1,13 @@
 //! Particles as a simulation of a case.
 
 use tremie_case::Case;
-use tremie_cloud::{Failure, Follower, reorder};
+use tremie_cloud::{Failure, Follower, Surroundings, reorder};
 use tremie_numerics::DVec3;
 use tremie_output::state::{Array, State};
 use tremie_simulation::{Breakdown, Load, RestoreError, Simulation, Snapshot, Wall};
 
 use crate::particles::Particles;
 use crate::setup;
-use crate::surroundings::Surroundings;
 
 /// Sweeps in which particles make room for slanted walls before they start, and how far each may go in spacings.
 const SETTLES: usize = 20;

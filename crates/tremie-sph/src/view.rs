@@ -7,12 +7,11 @@
 //! Particles at the surface have no pressure, but are half a spacing below it: as much fluid weighs on all of them, which is added to what is shown.
 
 use tremie_case::Side;
-use tremie_cloud::{Dimension, Kernel, Smoothing, Standing};
+use tremie_cloud::{Dimension, Kernel, Smoothing, Standing, Surroundings};
 use tremie_numerics::DVec3;
 use tremie_simulation::{Cells, Fluid, Snapshot, SolidLoad, Wall, WallFace, WallLoads};
 
 use crate::simulation::Isph;
-use crate::surroundings::Surroundings;
 use crate::viscosity::pulls;
 
 /// Smoothing length in spacings.

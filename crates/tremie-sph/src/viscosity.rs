@@ -15,10 +15,10 @@
 //! on all sides each is weighed by `1 - x_ab . b_a`, with the b of module `tremie_cloud::operators` for these weights, as in the Laplacian of Lagrangian differencing dynamics: 0.1 %. Right
 //! below a surface nothing is changed, or it would not be free of stress.
 
-use tremie_cloud::{Block, Dimension, Failure, Gradients, Matrix, Method, Multigrid, Settings, solve};
+use tremie_cloud::{
+    Block, Dimension, Failure, Gradients, Matrix, Method, Multigrid, Settings, Surroundings, solve,
+};
 use tremie_numerics::{DMat3, DVec3};
-
-use crate::surroundings::Surroundings;
 
 const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-6, iterations: 2000 };
 

@@ -1,6 +1,6 @@
 //! What the fluid flows in: walls that may move, and sides beyond which it goes on.
 
-use tremie_cloud::{Dimension, Kernel, Smoothing, Standing};
+use crate::{Dimension, Kernel, Smoothing, Standing};
 use tremie_geometry::{Body, Motion};
 use tremie_numerics::DVec3;
 
@@ -70,14 +70,14 @@ impl Space {
     }
 
     /// Its walls where they are at a time in s.
-    pub(crate) fn standing(&self, time: f64) -> Vec<Standing<'_>> {
+    pub fn standing(&self, time: f64) -> Vec<Standing<'_>> {
         let flat = self.dimension == Dimension::Two;
         let of = |wall: &Wall| wall.motion.offset(time);
         self.walls.iter().map(|wall| Standing { body: &wall.body, offset: of(wall), flat }).collect()
     }
 
     /// A place where it is in the box.
-    pub(crate) fn wrapped(&self, at: DVec3) -> DVec3 {
+    pub fn wrapped(&self, at: DVec3) -> DVec3 {
         let mut within = at;
         for axis in (0..3).filter(|axis| self.periodic[*axis]) {
             let (low, length) = (self.low[axis], self.high[axis] - self.low[axis]);

@@ -1,12 +1,11 @@
 //! What surrounds particles at a moment: their images in walls, their copies beyond periodic sides, and who sees whom.
 
 use rayon::prelude::*;
-use tremie_cloud::{
-    Dimension, Gradients, Image, Neighbours, Smoothing, Standing, at_surface, copies, images,
-};
 use tremie_numerics::{DMat3, DVec3};
 
-use crate::space::Space;
+use crate::{
+    Dimension, Gradients, Image, Neighbours, Smoothing, Space, Standing, at_surface, copies, images,
+};
 
 /// The mirror across a plane with this normal.
 fn flipped(n: DVec3) -> DMat3 {
@@ -15,43 +14,51 @@ fn flipped(n: DVec3) -> DMat3 {
 
 /// What particles or images of particles have of particles.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Source {
+pub struct Source {
     /// The particle.
-    pub(crate) of: usize,
-    /// Its velocity is `turn` times the particle's, and `carried`.
-    pub(crate) turn: DMat3,
-    pub(crate) carried: DVec3,
+    pub of: usize,
+    /// Its velocity is `turn` times the particle's, and `carried` in m/s.
+    pub turn: DMat3,
+    /// What the wall adds to it.
+    pub carried: DVec3,
     /// What mirrors make of vectors.
-    pub(crate) mirror: DMat3,
+    pub mirror: DMat3,
     /// How far mirrors have moved it from the particle, in m.
-    pub(crate) off: DVec3,
+    pub off: DVec3,
     /// The wall that it is an image in.
-    pub(crate) wall: Option<usize>,
+    pub wall: Option<usize>,
 }
 
 /// Particles, their images behind them, and who is near whom.
-pub(crate) struct Surroundings {
-    pub(crate) dimension: Dimension,
-    pub(crate) kernel: Smoothing,
-    /// Distance of particles in m, and what each stands for, in m3, or m2 in a plane.
-    pub(crate) spacing: f64,
-    pub(crate) volume: f64,
-    pub(crate) number: usize,
-    pub(crate) positions: Vec<DVec3>,
-    pub(crate) sources: Vec<Source>,
+pub struct Surroundings {
+    /// A plane or space.
+    pub dimension: Dimension,
+    /// The kernel, as far as whose support particles are neighbours.
+    pub kernel: Smoothing,
+    /// Distance of particles in m.
+    pub spacing: f64,
+    /// What each stands for, in m3, or m2 in a plane.
+    pub volume: f64,
+    /// How many particles there are.
+    pub number: usize,
+    /// Places in m of particles, images and copies, in this order.
+    pub positions: Vec<DVec3>,
+    /// What each of them has of particles.
+    pub sources: Vec<Source>,
     /// Images, which follow the particles; copies follow them.
-    pub(crate) images: Vec<Image>,
-    pub(crate) near: Neighbours,
+    pub images: Vec<Image>,
+    /// Who is near particles.
+    pub near: Neighbours,
 }
 
 impl Surroundings {
     /// Those of particles in space at a time in s, of which walls move on in a step of `step` in s.
-    pub(crate) fn new(particles: &[DVec3], space: &Space, time: f64, step: f64) -> Self {
+    pub fn new(particles: &[DVec3], space: &Space, time: f64, step: f64) -> Self {
         Self::with(space.kernel(), particles, space, time, step)
     }
 
     /// The same as seen with another kernel.
-    pub(crate) fn with(kernel: Smoothing, particles: &[DVec3], space: &Space, time: f64, step: f64) -> Self {
+    pub fn with(kernel: Smoothing, particles: &[DVec3], space: &Space, time: f64, step: f64) -> Self {
         let (reach, number, one) = (kernel.support(), particles.len(), DMat3::IDENTITY);
         let mut positions = particles.to_vec();
         let own = |of: usize| Source {
@@ -97,25 +104,25 @@ impl Surroundings {
     }
 
     /// Neighbours of a particle, images among them: number, way to it in m, and its source.
-    pub(crate) fn around(&self, particle: usize) -> impl Iterator<Item = (usize, DVec3, &Source)> {
+    pub fn around(&self, particle: usize) -> impl Iterator<Item = (usize, DVec3, &Source)> {
         let at = self.positions[particle];
         let near = self.near.of(particle).iter().map(|n| *n as usize);
         near.map(move |n| (n, self.positions[n] - at, &self.sources[n]))
     }
 
     /// What is told of each particle.
-    pub(crate) fn each<T: Send>(&self, of: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
+    pub fn each<T: Send>(&self, of: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
         (0..self.number).into_par_iter().with_min_len(64).map(of).collect()
     }
 
     /// Share of the volume around a particle that particles stand for, by the kernel.
-    pub(crate) fn crowd(&self, particle: usize) -> f64 {
+    pub fn crowd(&self, particle: usize) -> f64 {
         let others = self.around(particle).map(|(_, x, _)| self.kernel.weight(x.length())).sum::<f64>();
         self.volume * (self.kernel.weight(0.0) + others)
     }
 
     /// Integral over a lattice, its point in the middle included, of what depends on the distance in m from there.
-    pub(crate) fn on_lattice(&self, of: impl Fn(f64) -> f64) -> f64 {
+    pub fn on_lattice(&self, of: impl Fn(f64) -> f64) -> f64 {
         let reach = (self.kernel.support() / self.spacing).ceil() as i32;
         let along = || (-reach..=reach).map(f64::from);
         let deep = move || if self.dimension == Dimension::Two { 0..=0 } else { -reach..=reach };
@@ -126,23 +133,23 @@ impl Surroundings {
     }
 
     /// A value of all particles as images have it too.
-    pub(crate) fn mirrored<T>(&self, of: impl Fn(&Source) -> T) -> Vec<T> {
+    pub fn mirrored<T>(&self, of: impl Fn(&Source) -> T) -> Vec<T> {
         self.sources.iter().map(of).collect()
     }
 
     /// Velocities in m/s of all, images among them.
-    pub(crate) fn velocities(&self, of: &[DVec3]) -> Vec<DVec3> {
+    pub fn velocities(&self, of: &[DVec3]) -> Vec<DVec3> {
         self.mirrored(|source| source.turn * of[source.of] + source.carried)
     }
 
     /// What gradients are formed with: exact for linear fields.
-    pub(crate) fn gradients(&self) -> Gradients<'_> {
+    pub fn gradients(&self) -> Gradients<'_> {
         let weight = |_, _, distance: f64| -self.volume * self.kernel.slope(distance) / distance;
         Gradients::new(&self.positions, &self.near, self.dimension, weight)
     }
 
     /// Which particles are at the free surface, by what gradients are formed with.
-    pub(crate) fn surface(&self, gradients: &Gradients) -> Vec<bool> {
+    pub fn surface(&self, gradients: &Gradients) -> Vec<bool> {
         at_surface(gradients, self.kernel.support())
     }
 }
