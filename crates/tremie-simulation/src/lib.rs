@@ -21,6 +21,7 @@ mod plan;
 mod progress;
 pub mod rest;
 mod run;
+pub mod scattered;
 mod schedule;
 mod snapshot;
 mod summary;

@@ -26,10 +26,9 @@ mod plan;
 mod pressure;
 mod setup;
 mod simulation;
-mod view;
 mod viscosity;
 
 pub use particles::{Fluid, Particles, Stepping};
-pub use plan::Plan;
+pub use plan::plan;
 pub use simulation::simulation;
 pub use tremie_cloud::{Space, Wall};

@@ -4,10 +4,12 @@ use tremie_case::Case;
 use tremie_cloud::{Failure, Follower, Surroundings, reorder};
 use tremie_numerics::DVec3;
 use tremie_output::state::{Array, State};
+use tremie_simulation::scattered::{self, Pull, Scattered};
 use tremie_simulation::{Breakdown, Load, RestoreError, Simulation, Snapshot, Wall};
 
 use crate::particles::Particles;
 use crate::setup;
+use crate::viscosity::pulls;
 
 /// Sweeps in which particles make room for slanted walls before they start, and how far each may go in spacings.
 const SETTLES: usize = 20;
@@ -17,14 +19,12 @@ const RUNAWAY: f64 = 20.0;
 
 /// A running simulation.
 pub(crate) struct Isph {
-    pub(crate) case: Case,
-    pub(crate) particles: Particles,
+    case: Case,
+    particles: Particles,
     /// Whose walls those of the particles' space are.
-    pub(crate) whose: Vec<Wall>,
-    /// Gravity in m/s2 but for what drives a flow along periodic axes.
-    pub(crate) confined: DVec3,
+    whose: Vec<Wall>,
     /// Particles that have left.
-    pub(crate) left: u64,
+    left: u64,
     /// Updates of particles since the start of the process.
     updates: u64,
     /// Iterations of both linear systems since then.
@@ -43,9 +43,9 @@ pub fn simulation(case: &Case) -> Box<dyn Simulation> {
 
 impl Isph {
     fn new(case: &Case) -> Self {
-        let (space, whose) = setup::space(case);
+        let (space, whose) = scattered::space(case);
         let (fluid, stepping) = (setup::fluid(case), setup::stepping(case));
-        let (positions, velocities) = setup::particles(case, &space);
+        let (positions, velocities) = scattered::nodes(case, &space);
         let size = case.domain.max - case.domain.min;
         let fall = (2.0 * fluid.gravity.abs().dot(size)).sqrt();
         let walls = space.walls.iter().map(|wall| wall.motion.largest_speed(0.0) + wall.sliding.length());
@@ -55,18 +55,7 @@ impl Isph {
         settle(&mut particles);
         // Where nothing is known that drives it, there is no bound.
         let runaway = if fastest > 0.0 { RUNAWAY * fastest } else { f64::INFINITY };
-        let free = DVec3::from(particles.space.periodic.map(|periodic| if periodic { 0.0 } else { 1.0 }));
-        let confined = free * particles.fluid.gravity;
-        Self {
-            case: case.clone(),
-            particles,
-            whose,
-            confined,
-            left: 0,
-            updates: 0,
-            iterations: [0; 2],
-            runaway,
-        }
+        Self { case: case.clone(), particles, whose, left: 0, updates: 0, iterations: [0; 2], runaway }
     }
 
     /// What a checkpoint must be for.
@@ -162,7 +151,28 @@ impl Simulation for Isph {
     }
 
     fn snapshot(&self) -> Snapshot {
-        self.view()
+        let (particles, time, step) = (&self.particles, self.particles.time(), self.particles.time_step());
+        let of = |rate: &f64| particles.fluid.viscosity(*rate);
+        let viscosities: Vec<f64> = particles.shear_rates.iter().map(of).collect();
+        let around = Surroundings::new(&particles.positions, &particles.space, time, step);
+        let pulls = pulls(&around, &viscosities, &particles.velocities);
+        let volume = particles.space.spacing.powi(3);
+        let pulls = pulls.into_iter().map(|(wall, at, pull)| Pull { wall, at, force: volume * pull });
+        let pulls: Vec<Pull> = pulls.collect();
+        let nodes = Scattered {
+            case: &self.case,
+            space: &particles.space,
+            whose: &self.whose,
+            time,
+            step,
+            positions: &particles.positions,
+            velocities: &particles.velocities,
+            pressures: &particles.pressures,
+            shear_rates: &particles.shear_rates,
+            viscosities: &viscosities,
+            left: self.left,
+        };
+        nodes.view(&pulls)
     }
 
     fn load(&self) -> Load {

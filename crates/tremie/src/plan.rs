@@ -14,8 +14,8 @@ const LOOSENS: f64 = 0.01;
 pub(crate) enum Plan {
     /// Free-surface lattice Boltzmann.
     Lattice(tremie_lbm::Plan),
-    /// Incompressible smoothed particle hydrodynamics.
-    Particles(tremie_sph::Plan),
+    /// Particles or nodes without a mesh.
+    Particles(tremie_simulation::scattered::Plan),
 }
 
 /// A case as a running simulation.
@@ -30,7 +30,7 @@ impl Plan {
     pub(crate) fn new(case: &Case) -> Self {
         match case.method {
             Method::Lbm(_) => Self::Lattice(tremie_lbm::Plan::new(case)),
-            Method::Isph(_) => Self::Particles(tremie_sph::Plan::new(case)),
+            Method::Isph(_) => Self::Particles(tremie_sph::plan(case)),
         }
     }
 

@@ -1,4 +1,4 @@
-//! The state as gauges and writers see it: on cells as wide as the particles are apart.
+//! The state of nodes as gauges and writers see it: on cells as wide as the particles are apart.
 //!
 //! With the kernel W over three spacings, `c = sum V W` over particles and their images is 1 inside of the fluid, 0 outside, and a half at a flat surface, where it changes by `s` over a
 //! cell: a cell is filled to `1/2 + (c - 1/2)/s`, between 0 and 1. So the surface of a fluid that fills half of space lies where it does, to a small part of a cell, and the sum of fills
@@ -6,13 +6,11 @@
 //!
 //! Particles at the surface have no pressure, but are half a spacing below it: as much fluid weighs on all of them, which is added to what is shown.
 
-use tremie_case::Side;
-use tremie_cloud::{Dimension, Kernel, Smoothing, Standing, Surroundings};
+use tremie_case::{Case, Side};
+use tremie_cloud::{Dimension, Kernel, Smoothing, Space, Standing, Surroundings};
 use tremie_numerics::DVec3;
-use tremie_simulation::{Cells, Fluid, Snapshot, SolidLoad, Wall, WallFace, WallLoads};
 
-use crate::simulation::Isph;
-use crate::viscosity::pulls;
+use crate::{Cells, Fluid, Snapshot, SolidLoad, Wall, WallFace, WallLoads};
 
 /// Smoothing length in spacings.
 const LENGTH: f64 = 1.5;
@@ -40,43 +38,81 @@ struct Sums {
     stress: Vec<f64>,
 }
 
-impl Isph {
-    /// What there is to see.
-    pub(crate) fn view(&self) -> Snapshot {
+/// A force on a wall.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pull {
+    /// The wall, by its number in the space of the nodes.
+    pub wall: usize,
+    /// Where it acts, in m.
+    pub at: DVec3,
+    /// The force in N, of a slice as deep as nodes are apart where they are in a plane.
+    pub force: DVec3,
+}
+
+/// Nodes of a fluid at a moment.
+#[derive(Debug, Clone, Copy)]
+pub struct Scattered<'a> {
+    /// The case.
+    pub case: &'a Case,
+    /// Where nodes are, and its walls.
+    pub space: &'a Space,
+    /// Whose walls these are.
+    pub whose: &'a [Wall],
+    /// Time in s.
+    pub time: f64,
+    /// Length of a step in s.
+    pub step: f64,
+    /// Places in m.
+    pub positions: &'a [DVec3],
+    /// Velocities in m/s.
+    pub velocities: &'a [DVec3],
+    /// Pressures in Pa.
+    pub pressures: &'a [f64],
+    /// Shear rates in 1/s.
+    pub shear_rates: &'a [f64],
+    /// Apparent viscosities in Pa s.
+    pub viscosities: &'a [f64],
+    /// Nodes that have left.
+    pub left: u64,
+}
+
+impl Scattered<'_> {
+    /// What there is to see, if walls are pulled so by what is viscous in the fluid.
+    pub fn view(&self, pulls: &[Pull]) -> Snapshot {
         let cells = self.cells();
         let faces = self.faces(&cells);
-        let (solids, sides) = self.loads(&faces);
+        let (solids, sides) = self.loads(&faces, pulls);
         let walls = WallLoads { sides, inlets: Vec::new(), faces };
         Snapshot {
-            time: self.particles.time(),
+            time: self.time,
             fluid: Fluid::Cells(cells),
             inclusions: tremie_suspension::Inclusions::default(),
             solids,
             cages: Vec::new(),
             walls,
             inflow: Vec::new(),
-            outflow: self.case.has_outlets().then(|| self.left as f64 * self.particle_volume()),
+            outflow: self.case.has_outlets().then(|| self.left as f64 * self.space.spacing.powi(3)),
             batches_out: Vec::new(),
             bodies_in: Vec::new(),
             bodies_out: Vec::new(),
         }
     }
 
-    /// Pressure in Pa of a particle's image so far from it in m, with the weight of the half spacing above the surface.
-    fn pressure(&self, of: usize, off: DVec3) -> f64 {
-        let weight = self.particles.fluid.density * self.confined;
-        let above = 0.5 * self.particles.space.spacing * weight.length();
-        self.particles.pressures[of] + weight.dot(off) + above
+    /// Weight in N/m3 but for what drives a flow along periodic axes.
+    fn confined(&self) -> DVec3 {
+        let free = DVec3::from(self.space.periodic.map(|periodic| if periodic { 0.0 } else { 1.0 }));
+        self.case.material.density * free * self.case.domain.gravity
     }
 
-    /// Volume in m3 that a particle stands for.
-    fn particle_volume(&self) -> f64 {
-        self.particles.space.spacing.powi(3)
+    /// Pressure in Pa of a node's image so far from it in m, with the weight of the half spacing above the surface.
+    fn pressure(&self, of: usize, off: DVec3) -> f64 {
+        let weight = self.confined();
+        self.pressures[of] + weight.dot(off) + 0.5 * self.space.spacing * weight.length()
     }
 
     /// The cells of the domain with their fluid.
     fn cells(&self) -> Cells {
-        let (space, particles, domain) = (&self.particles.space, &self.particles, &self.case.domain);
+        let (space, domain) = (self.space, &self.case.domain);
         let (size, count) = (space.spacing, domain.cells(space.spacing));
         let total = count.iter().product();
         let mut cells = Cells {
@@ -89,7 +125,7 @@ impl Isph {
             shear_rate: vec![0.0; total],
             stress: vec![0.0; total],
             solid: vec![0; total],
-            density: particles.fluid.density,
+            density: self.case.material.density,
             domain: [domain.min, domain.max],
             symmetry: [0, 1, 2].map(|a| [0, 1].map(|s| domain.sides[2 * a + s] == Side::Symmetry)),
             ..Cells::default()
@@ -97,7 +133,7 @@ impl Isph {
         let kernel = Smoothing::new(Kernel::Wendland, space.dimension, LENGTH * size);
         let sums = self.sums(&cells, &kernel);
         let slope = slope(&kernel, space.dimension, size);
-        let standing = space.standing(particles.time());
+        let standing = space.standing(self.time);
         let solids: Vec<&Standing> =
             standing.iter().zip(&space.walls).filter(|(_, wall)| wall.hides).map(|(at, _)| at).collect();
         let yield_stress = self.case.material.curve.viscoplastic().map_or(0.0, |law| law.yield_stress);
@@ -124,7 +160,7 @@ impl Isph {
 
     /// Sums over particles, their images and copies in all cells that see them.
     fn sums(&self, cells: &Cells, kernel: &Smoothing) -> Sums {
-        let (space, particles) = (&self.particles.space, &self.particles);
+        let space = self.space;
         let zero = || vec![0.0; cells.fill.len()];
         let mut sums = Sums {
             share: zero(),
@@ -133,7 +169,7 @@ impl Isph {
             shear_rate: zero(),
             stress: zero(),
         };
-        let (standing, volume) = (space.standing(particles.time()), space.volume());
+        let (standing, volume) = (space.standing(self.time), space.volume());
         let flat = space.dimension == Dimension::Two;
         let hiding = || standing.iter().zip(&space.walls).filter(|(_, wall)| wall.hides).map(|(at, _)| at);
         // Cells around a place, and its weight there.
@@ -155,8 +191,7 @@ impl Isph {
                     (weight > 0.0).then(|| (cells.index(i, j, k), cells.centre(i, j, k), weight))
                 })
         };
-        let (time, step) = (particles.time(), particles.time_step());
-        let seen = Surroundings::with(*kernel, &particles.positions, space, time, step);
+        let seen = Surroundings::with(*kernel, self.positions, space, self.time, self.step);
         for (n, (at, source)) in seen.positions.iter().zip(&seen.sources).enumerate() {
             let of = source.of;
             let image = n.checked_sub(seen.number).and_then(|image| seen.images.get(image));
@@ -164,9 +199,9 @@ impl Isph {
                 true => hiding().filter(|wall| wall.signed_distance(*at) < kernel.support()).collect(),
                 false => Vec::new(),
             };
-            let rate = particles.shear_rates[of];
-            let (pressure, stress) = (self.pressure(of, source.off), particles.fluid.viscosity(rate) * rate);
-            let velocity = source.turn * particles.velocities[of] + source.carried;
+            let rate = self.shear_rates[of];
+            let (pressure, stress) = (self.pressure(of, source.off), self.viscosities[of] * rate);
+            let velocity = source.turn * self.velocities[of] + source.carried;
             for (cell, centre, weight) in around(*at) {
                 let hidden = match image {
                     Some(image) => {
@@ -191,11 +226,10 @@ impl Isph {
     /// Pieces of wall beside cells that hold fluid, with what presses on them: the pressure in the cell, and the weight of half a cell below it.
     fn faces(&self, cells: &Cells) -> Vec<WallFace> {
         let (domain, size) = (&self.case.domain, cells.size);
-        let weight = cells.density * self.particles.fluid.gravity;
+        let weight = cells.density * self.case.domain.gravity;
         let [nx, ny, _] = cells.count;
         let standing: Vec<(usize, Standing)> = {
-            let space = &self.particles.space;
-            let all = space.standing(self.particles.time()).into_iter().zip(&self.whose);
+            let all = self.space.standing(self.time).into_iter().zip(self.whose);
             all.filter_map(|(at, whose)| match whose {
                 Wall::Solid(number) => Some((*number, at)),
                 Wall::Side(_) => None,
@@ -237,7 +271,7 @@ impl Isph {
     }
 
     /// Loads on solids, and on the sides of the domain: pressures on their faces, and what the viscous part pulls.
-    fn loads(&self, faces: &[WallFace]) -> (Vec<SolidLoad>, [SolidLoad; 6]) {
+    fn loads(&self, faces: &[WallFace], pulls: &[Pull]) -> (Vec<SolidLoad>, [SolidLoad; 6]) {
         let mut solids = vec![SolidLoad::default(); self.case.solids.len()];
         let mut sides = [SolidLoad::default(); 6];
         let mut add = |wall: Wall, force: DVec3, at: DVec3| {
@@ -249,25 +283,17 @@ impl Isph {
             load.moment += at.cross(force);
         };
         for face in faces {
-            add(
-                face.wall,
-                -face.force * face.normal,
-                face.cell - 0.5 * self.particles.space.spacing * face.normal,
-            );
+            let at = face.cell - 0.5 * self.space.spacing * face.normal;
+            add(face.wall, -face.force * face.normal, at);
         }
-        let particles = &self.particles;
-        let space = &particles.space;
-        let around = Surroundings::new(&particles.positions, space, particles.time(), particles.time_step());
-        let viscosity: Vec<f64> =
-            particles.shear_rates.iter().map(|rate| particles.fluid.viscosity(*rate)).collect();
-        for (wall, at, pull) in pulls(&around, &viscosity, &particles.velocities) {
+        for pull in pulls {
             // On planes of symmetry only what is across them, which is pressure.
-            let bears = match self.whose[wall] {
+            let bears = match self.whose[pull.wall] {
                 Wall::Side(number) => matches!(self.case.domain.sides[number], Side::Wall { .. }),
                 Wall::Solid(_) => true,
             };
             if bears {
-                add(self.whose[wall], self.particle_volume() * pull, at);
+                add(self.whose[pull.wall], pull.force, pull.at);
             }
         }
         (solids, sides)
