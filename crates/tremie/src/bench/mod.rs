@@ -428,7 +428,7 @@ mod tests {
         assert_eq!(cells(&full), 128 * 128 * 128);
         assert!((tremie_lbm::Plan::new(&full).wet_cells / 128f64.powi(3) - 1.0).abs() < 1e-9);
         for number in [10_000, 100_000, 300_000] {
-            let particles = tremie_sph::Plan::new(&particles_case(number).unwrap());
+            let particles = tremie_sph::plan(&particles_case(number).unwrap());
             assert!(particles.plane && (particles.particles as f64 / number as f64 - 1.0).abs() < 0.02);
         }
         let slump = slump_case(false).unwrap();
