@@ -86,6 +86,29 @@ impl<const N: usize> Matrix<N> {
         self.diagonal.iter_mut().for_each(|block| (0..N).for_each(|k| block[k][k] += by));
     }
 
+    /// Without the blocks that are smaller than a share of the largest beside the diagonal of their row, by their largest numbers; what they hold is added to the diagonal, so that what is even stays so.
+    pub(crate) fn strong(&self, share: f64) -> Self {
+        let size =
+            |block: &Block<N>| block.iter().flatten().fold(0.0, |size: f64, value| size.max(value.abs()));
+        let row = |row: usize| {
+            let largest = self.others(row).map(|(_, block)| size(block)).fold(0.0, f64::max);
+            let (mut own, least) = (self.diagonal[row], share * largest);
+            let mut kept = Vec::with_capacity(32);
+            for (column, block) in self.others(row) {
+                if size(block) < least {
+                    own.iter_mut()
+                        .flatten()
+                        .zip(block.iter().flatten())
+                        .for_each(|(own, value)| *own += value);
+                } else {
+                    kept.push((column as u32, *block));
+                }
+            }
+            (own, kept)
+        };
+        Self::from_blocks((0..self.len()).into_par_iter().with_min_len(CHUNK).map(row).collect::<Vec<_>>())
+    }
+
     /// The same in fewer digits, which takes half of the memory.
     pub(crate) fn rounded(&self) -> Matrix<N, f32> {
         let round = |block: &Block<N>| block.map(|row| row.map(|value| value as f32));
@@ -147,5 +170,20 @@ impl<const N: usize, T: Number> Matrix<N, T> {
             let product = self.row(row, x);
             *to = std::array::from_fn(|k| b[row][k] - product[k]);
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_out_goes_to_the_diagonal() {
+        let rows = [(5.0, vec![(1, -4.0), (2, -0.5)]), (5.0, vec![(0, -4.0)]), (1e9, vec![(0, -0.5)])];
+        let strong = Matrix::from_rows(rows).strong(0.2);
+        let left =
+            |row: usize| strong.others(row).map(|(column, block)| (column, block[0][0])).collect::<Vec<_>>();
+        assert_eq!([left(0), left(1), left(2)], [vec![(1, -4.0)], vec![(0, -4.0)], vec![(0, -0.5)]]);
+        assert_eq!(strong.diagonal, [[[4.5]], [[5.0]], [[1e9]]]);
     }
 }

@@ -7,6 +7,9 @@ use crate::{
     Dimension, Gradients, Image, Neighbours, Smoothing, Space, Standing, at_surface, copies, images,
 };
 
+/// Share of a lattice's neighbours below which a particle belongs to a thread or a spray: one third of them are around those in a thread of two rows, one half around the middle one of three.
+const FEW: f64 = 0.4;
+
 /// The mirror across a plane with this normal.
 fn flipped(n: DVec3) -> DMat3 {
     DMat3::IDENTITY - 2.0 * DMat3::from_cols(n.x * n, n.y * n, n.z * n)
@@ -148,9 +151,13 @@ impl Surroundings {
         Gradients::new(&self.positions, &self.near, self.dimension, weight)
     }
 
-    /// Which particles are at the free surface, by what gradients are formed with.
+    /// Which particles are at the free surface, by what gradients are formed with; and those of threads and sprays, whose pressure nothing around them holds.
     pub fn surface(&self, gradients: &Gradients) -> Vec<bool> {
-        at_surface(gradients, self.kernel.support())
+        let reach = self.kernel.support();
+        let all = self.on_lattice(|r| if r < reach { 1.0 } else { 0.0 }) / self.volume - 1.0;
+        let mut surface = at_surface(gradients, reach);
+        surface.iter_mut().enumerate().for_each(|(n, at)| *at |= (self.near.of(n).len() as f64) < FEW * all);
+        surface
     }
 }
 
@@ -178,4 +185,25 @@ fn visible(
             !space.walls[wall].hides || image.is_seen_from(positions[a], &standing[wall])
         }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A drop of five with nobody else around: the one in the middle has neighbours on all sides, and still nothing to press against. In the midst of a block it has.
+    #[test]
+    fn sprays_are_all_surface() {
+        let spacing = 0.01;
+        let surface = |positions: &[DVec3]| {
+            let around = Surroundings::new(positions, &Space::free(Dimension::Two, spacing), 0.0, 1.0);
+            around.surface(&around.gradients())
+        };
+        let cross =
+            [DVec3::ZERO, DVec3::X, DVec3::NEG_X, DVec3::Z, DVec3::NEG_Z].map(|at| 1.2 * spacing * at);
+        assert_eq!(surface(&cross), [true; 5]);
+        let block: Vec<DVec3> =
+            (0..49).map(|n| spacing * DVec3::new(f64::from(n % 7), 0.0, f64::from(n / 7))).collect();
+        assert!(!surface(&block)[24] && surface(&block)[3]);
+    }
 }

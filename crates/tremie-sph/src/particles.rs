@@ -185,6 +185,11 @@ impl Particles {
     /// # Errors
     /// If one of the linear systems cannot be solved.
     pub fn advance(&mut self) -> Result<(), Failure> {
+        // All of it by the threads that share the work, or each piece would wait to be handed over.
+        rayon::scope(|_| self.step())
+    }
+
+    fn step(&mut self) -> Result<(), Failure> {
         let ((step, past), fluid, space) = (self.pace(), self.fluid, &self.space);
         if self.time == 0.0 {
             let start = Surroundings::new(&self.positions, space, self.time, step);
