@@ -54,11 +54,7 @@ impl Fibre {
         }
         let length = self.length();
         let angle = ((b.x - a.x).abs() / length).min(1.0).acos();
-        Some(Crossing {
-            point: a + part * (b - a),
-            lengths: [part * length, (1.0 - part) * length],
-            angle,
-        })
+        Some(Crossing { point: a + part * (b - a), lengths: [part * length, (1.0 - part) * length], angle })
     }
 }
 

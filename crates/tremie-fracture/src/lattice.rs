@@ -9,7 +9,7 @@
 use tremie_numerics::{DMat3, DVec3};
 
 use crate::mesh::{Facet, Mesh};
-use crate::sparse::{Element, Functional, UNKNOWNS};
+use crate::sparse::{Element, Factor, Functional, Singular, UNKNOWNS};
 
 /// A spring between two cells.
 #[derive(Debug, Clone)]
@@ -22,7 +22,7 @@ pub(crate) struct Spring {
 }
 
 /// Cells, springs and supports.
-pub(crate) struct Lattice {
+pub struct Lattice {
     /// Nodes of the cells in m.
     pub(crate) nodes: Vec<DVec3>,
     pub(crate) springs: Vec<Spring>,
@@ -34,7 +34,8 @@ pub(crate) struct Lattice {
 pub(crate) fn elastic(facet: &Facet, modulus: f64) -> [[f64; 6]; 6] {
     let mut stiffness = [[0.0; 6]; 6];
     let moments = &facet.moments;
-    let rotation = DMat3::from_diagonal(DVec3::splat(moments.x_axis.x + moments.y_axis.y + moments.z_axis.z)) - *moments;
+    let rotation =
+        DMat3::from_diagonal(DVec3::splat(moments.x_axis.x + moments.y_axis.y + moments.z_axis.z)) - *moments;
     for k in 0..3 {
         stiffness[k][k] = modulus * facet.area / facet.length;
         for l in 0..3 {
@@ -51,13 +52,18 @@ pub(crate) fn lever(direction: DVec3, off: DVec3) -> [f64; 6] {
 }
 
 impl Lattice {
-    /// The cells of a mesh, and the springs of all facets between them.
-    pub(crate) fn of(mesh: &Mesh, modulus: f64) -> Self {
-        let springs = mesh.facets.iter().chain(&mesh.plane).filter_map(|facet| {
+    /// The cells of a mesh, and the springs of all facets between them, for a modulus of elasticity in Pa.
+    pub fn of(mesh: &Mesh, modulus: f64) -> Self {
+        Self::new(mesh.nodes.clone(), mesh.facets.iter().chain(&mesh.plane), modulus)
+    }
+
+    /// Cells at nodes in m, and the springs of the facets between them, for a modulus of elasticity in Pa.
+    pub fn new<'a>(nodes: Vec<DVec3>, facets: impl Iterator<Item = &'a Facet>, modulus: f64) -> Self {
+        let springs = facets.filter_map(|facet| {
             let cells = [facet.cell, facet.other?];
             Some(Spring { cells, at: facet.centroid, stiffness: elastic(facet, modulus) })
         });
-        Self { nodes: mesh.nodes.clone(), springs: springs.collect(), fixed: vec![[false; 6]; mesh.nodes.len()] }
+        Self { springs: springs.collect(), fixed: vec![[false; 6]; nodes.len()], nodes }
     }
 
     /// Glues a rigid plate to the facets of a side; its number among the cells. The springs are those of the material between node and side.
@@ -110,8 +116,22 @@ impl Lattice {
         Element { nodes: spring.cells, matrix }
     }
 
-    /// The forces that hold displacements: six numbers for each node, in N and N m.
-    pub(crate) fn forces(&self, displacements: &[f64]) -> Vec<f64> {
+    /// The forces that hold the cells where some of their unknowns have given values in m and rad, in N and N m: six for each cell.
+    ///
+    /// # Errors
+    /// If something can still move without a force.
+    pub fn reactions(&self, given: &[[Option<f64>; UNKNOWNS]]) -> Result<Vec<f64>, Singular> {
+        let moved: Vec<f64> = given.iter().flatten().map(|value| value.unwrap_or(0.0)).collect();
+        let fixed = given.iter().map(|values| values.map(|value| value.is_some())).collect();
+        let factor = Factor::new(&self.nodes, &self.elements(), fixed, &[], &[])?;
+        let loads: Vec<f64> = self.forces(&moved).iter().map(|force| -force).collect();
+        let found = factor.solve(&loads);
+        let all: Vec<f64> = moved.iter().zip(&found).map(|(a, b)| a + b).collect();
+        Ok(self.forces(&all))
+    }
+
+    /// The forces that hold displacements: six numbers for each cell, in N and N m.
+    pub fn forces(&self, displacements: &[f64]) -> Vec<f64> {
         let mut forces = vec![0.0; displacements.len()];
         for element in self.elements() {
             let place = |k: usize| UNKNOWNS * element.nodes[k / UNKNOWNS] + k % UNKNOWNS;
@@ -150,7 +170,9 @@ pub(crate) fn load(functional: &Functional, nodes: usize) -> Vec<f64> {
 pub(crate) fn combined(parts: &[(f64, &Functional)]) -> Functional {
     parts
         .iter()
-        .flat_map(|(factor, part)| part.iter().map(move |(node, weights)| (*node, weights.map(|w| factor * w))))
+        .flat_map(|(factor, part)| {
+            part.iter().map(move |(node, weights)| (*node, weights.map(|w| factor * w)))
+        })
         .collect()
 }
 
@@ -188,9 +210,11 @@ mod tests {
     }
 
     #[test]
-    fn rigid_motions_cost_nothing_and_there_are_six() {
-        let (mesh, mut lattice) = prism();
-        for (shift, turn) in [(DVec3::new(1.0, -2.0, 0.5), DVec3::ZERO), (DVec3::ZERO, DVec3::new(0.3, 1.0, -0.6))] {
+    fn rigid_motions_cost_nothing_and_holding_one_cell_stops_them() {
+        let (mesh, lattice) = prism();
+        for (shift, turn) in
+            [(DVec3::new(1.0, -2.0, 0.5), DVec3::ZERO), (DVec3::ZERO, DVec3::new(0.3, 1.0, -0.6))]
+        {
             let mut motion = vec![0.0; 6 * mesh.nodes.len()];
             for (n, node) in mesh.nodes.iter().enumerate() {
                 motion[6 * n..6 * n + 3].copy_from_slice(&(shift + turn.cross(*node)).to_array());
@@ -199,12 +223,54 @@ mod tests {
             let worst = lattice.forces(&motion).iter().fold(0.0_f64, |worst, f| worst.max(f.abs()));
             assert!(worst < 1e-12 * 30e9 * 0.02, "{worst:e}");
         }
-        // Six supports hold it, five do not.
-        let hold = |lattice: &Lattice| {
-            Factor::new(&lattice.nodes, &lattice.elements(), lattice.fixed.clone(), &[], &[]).is_ok()
-        };
-        lattice.fixed[3] = [true; 6];
-        assert!(hold(&lattice));
+        let mut given = vec![[None; 6]; mesh.nodes.len()];
+        given[3] = [Some(0.0); 6];
+        let turned = 40;
+        given[turned][3] = Some(1e-3);
+        let held = lattice.reactions(&given).unwrap();
+        // What turns one cell is held at the other.
+        let arm = mesh.nodes[turned] - mesh.nodes[3];
+        let force = DVec3::from_slice(&held[18..21]);
+        assert!(force.length() < 1e-6 * held[6 * turned + 3].abs() / arm.length());
+        assert!((held[21] + held[6 * turned + 3]).abs() < 1e-9 * held[21].abs());
+    }
+
+    /// Eight nodes at the corners of a cube and one within, as in OOFEM's test `sm/lattice3d2.in` (E = 1), which tells the reaction at one of them.
+    #[test]
+    fn a_small_lattice_is_as_stiff_as_in_another_program() {
+        let corner = |k: usize| DVec3::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64);
+        let mut nodes: Vec<DVec3> = (0..8).map(|k| 0.7 * corner(k)).collect();
+        nodes.push(DVec3::splat(0.35));
+        let mut facets = Vec::new();
+        for i in 0..8 {
+            for axis in [0, 1, 2].into_iter().filter(|axis| i >> axis & 1 == 0) {
+                // A square about the middle of the edge, its corners 0.175 away along the other axes.
+                let middle = nodes[i] + 0.35 * DVec3::AXES[axis];
+                let [u, v] = [DVec3::AXES[(axis + 1) % 3], DVec3::AXES[(axis + 2) % 3]];
+                let square = [u, v, -u, -v].map(|way| middle + 0.175 * way);
+                facets.push(Facet::between(&nodes, [i, i + (1 << axis)], square.to_vec()));
+            }
+            // A hexagon half-way to the middle, through corners of those squares.
+            let inwards = (nodes[8] - nodes[i]) / 0.35;
+            let at = |a: f64, b: f64, c: f64| nodes[i] + 0.175 * inwards * DVec3::new(a, b, c);
+            let hexagon = [
+                at(0., 1., 2.),
+                at(1., 0., 2.),
+                at(2., 0., 1.),
+                at(2., 1., 0.),
+                at(1., 2., 0.),
+                at(0., 2., 1.),
+            ];
+            facets.push(Facet::between(&nodes, [i, 8], hexagon.to_vec()));
+        }
+        let lattice = Lattice::new(nodes, facets.iter(), 1.0);
+        let mut given = vec![[None; 6]; 9];
+        given[0] = [Some(0.0); 6];
+        for k in 1..8 {
+            given[k][0] = Some(1e-3 * (k & 1) as f64);
+        }
+        let reaction = lattice.reactions(&given).unwrap()[0];
+        assert!((reaction / -2.2533e-4 - 1.0).abs() < 1e-4, "{reaction}");
     }
 
     #[test]
@@ -215,7 +281,8 @@ mod tests {
         let other: Functional = vec![(17, lever(DVec3::X, DVec3::new(0.0, 0.01, 0.0))), (5, [0.0; 6])];
         let kept: Vec<usize> = mesh.plane.iter().map(|facet| facet.cell).collect();
         let all = [one.clone(), other.clone()];
-        let factor = Factor::new(&lattice.nodes, &lattice.elements(), lattice.fixed.clone(), &kept, &all).unwrap();
+        let factor =
+            Factor::new(&lattice.nodes, &lattice.elements(), lattice.fixed.clone(), &kept, &all).unwrap();
         let load = load(&one, lattice.nodes.len());
         let u = factor.solve(&load);
         let mut residual = lattice.forces(&u);

@@ -80,21 +80,28 @@ impl Mesh {
 
     fn facet(&self, cell: usize, face: &Face) -> Facet {
         let here = self.nodes[cell];
-        let Polygon { area, centroid, moments } = Polygon::of(&face.corners);
-        let (other, normal, length) = match face.beyond {
-            Beyond::Node(other) => {
-                let way = self.nodes[other] - here;
-                (Some(other), way.normalize(), way.length())
-            }
+        match face.beyond {
+            Beyond::Node(other) => Facet::between(&self.nodes, [cell, other], face.corners.clone()),
             Beyond::Side(side) => {
                 let axis = side / 2;
                 let sign = if side % 2 == 0 { -1.0 } else { 1.0 };
                 let bound = if side % 2 == 0 { 0.0 } else { self.size[axis] };
                 let normal = sign * [DVec3::X, DVec3::Y, DVec3::Z][axis];
-                (None, normal, (bound - here[axis]).abs())
+                let Polygon { area, centroid, moments } = Polygon::of(&face.corners);
+                let (length, corners) = ((bound - here[axis]).abs(), face.corners.clone());
+                Facet { cell, other: None, area, centroid, moments, normal, length, corners }
             }
-        };
-        Facet { cell, other, area, centroid, moments, normal, length, corners: face.corners.clone() }
+        }
+    }
+}
+
+impl Facet {
+    /// The facet between two of the cells, whose corners in m are given in order.
+    pub fn between(nodes: &[DVec3], [cell, other]: [usize; 2], corners: Vec<DVec3>) -> Self {
+        let way = nodes[other] - nodes[cell];
+        let Polygon { area, centroid, moments } = Polygon::of(&corners);
+        let (normal, length) = (way.normalize(), way.length());
+        Self { cell, other: Some(other), area, centroid, moments, normal, length, corners }
     }
 }
 

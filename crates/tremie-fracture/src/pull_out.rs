@@ -66,7 +66,8 @@ impl PullOut {
     /// Opening in m of the largest force, if the fibre does not break.
     fn peak(&self) -> f64 {
         // The maximum of (1 - s/l)(1 + beta s/d), or its start.
-        let slip = if self.hardening > 0.0 { 0.5 * (self.length - self.diameter / self.hardening) } else { 0.0 };
+        let slip =
+            if self.hardening > 0.0 { 0.5 * (self.length - self.diameter / self.hardening) } else { 0.0 };
         self.loose() + slip.max(0.0)
     }
 
@@ -99,7 +100,8 @@ impl PullOut {
         let end = opening.min(self.rupture).max(0.0);
         let debonding = 2.0 / 3.0 * force * loose * (end / loose).min(1.0).powf(1.5);
         // With a weakening that is stronger than the loss of length the force ends earlier.
-        let last = if self.hardening < 0.0 { self.length.min(-self.diameter / self.hardening) } else { self.length };
+        let last =
+            if self.hardening < 0.0 { self.length.min(-self.diameter / self.hardening) } else { self.length };
         let slip = (end - loose).clamp(0.0, last);
         let growth = self.hardening / self.diameter;
         let sliding = slip + 0.5 * (growth - 1.0 / self.length) * slip.powi(2)

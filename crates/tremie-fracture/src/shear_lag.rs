@@ -113,7 +113,8 @@ mod tests {
         let fibre = Fibre { ends: [DVec3::ZERO, DVec3::new(0.06, 0.0, 0.0)], diameter: 0.75e-3 };
         assert!(LAG.efficiency(&fibre, 0.0).abs() < 1e-12);
         assert!((LAG.efficiency(&fibre, 0.5) - 1.0).abs() < 1e-6);
-        let mean = (0..1000).map(|k| LAG.efficiency(&fibre, (f64::from(k) + 0.5) / 1000.0)).sum::<f64>() / 1e3;
+        let mean =
+            (0..1000).map(|k| LAG.efficiency(&fibre, (f64::from(k) + 0.5) / 1000.0)).sum::<f64>() / 1e3;
         assert!((0.944..0.949).contains(&mean), "{mean}");
     }
 
@@ -127,7 +128,8 @@ mod tests {
             around[i].push((j, n));
             around[j].push((i, n));
         }
-        let fibre = Fibre { ends: [DVec3::new(0.11, 0.02, 0.03), DVec3::new(0.2, 0.06, 0.05)], diameter: 1e-3 };
+        let fibre =
+            Fibre { ends: [DVec3::new(0.11, 0.02, 0.03), DVec3::new(0.2, 0.06, 0.05)], diameter: 1e-3 };
         let crossed = walk(&fibre, &lattice.nodes, &around);
         assert!(crossed.len() > 3 && crossed.windows(2).all(|pair| pair[0].0 <= pair[1].0));
         for (part, spring) in crossed {

@@ -124,7 +124,12 @@ impl Factor {
         }
         let places = |front: &Front| -> Vec<usize> {
             let outer = front.outer.iter().filter(|id| **id < self.nodes);
-            front.own.iter().chain(outer).flat_map(|id| (0..UNKNOWNS).map(move |k| UNKNOWNS * id + k)).collect()
+            front
+                .own
+                .iter()
+                .chain(outer)
+                .flat_map(|id| (0..UNKNOWNS).map(move |k| UNKNOWNS * id + k))
+                .collect()
         };
         for front in &self.fronts {
             let width = UNKNOWNS * front.own.len();
@@ -235,7 +240,12 @@ impl Work<'_> {
         Ok((fronts, update))
     }
 
-    fn front(&self, own: &[usize], number: usize, updates: &[Update]) -> Result<(Option<Front>, Update), Singular> {
+    fn front(
+        &self,
+        own: &[usize],
+        number: usize,
+        updates: &[Update],
+    ) -> Result<(Option<Front>, Update), Singular> {
         let (elements, rows) = match self.elements_of.get(number) {
             Some(elements) if !own.is_empty() => (&elements[..], &self.rows_of[number][..]),
             _ => (&[][..], &[][..]),

@@ -216,7 +216,8 @@ impl Bridge {
             return 0.0;
         }
         let flat = opening.min(self.taken_over());
-        let work = 0.5 * self.elastic * self.first + self.elastic * flat + self.law.work(opening) - self.law.work(flat);
+        let work = 0.5 * self.elastic * self.first + self.elastic * flat + self.law.work(opening)
+            - self.law.work(flat);
         work - 0.5 * self.force(most) * most
     }
 }
@@ -313,11 +314,13 @@ impl Trial {
         };
         let mut functionals = vec![force.clone(), middle];
         functionals.extend(plane.iter().flat_map(|facet| jump_of(&lattice, facet)));
-        let factor = Factor::new(&lattice.nodes, &lattice.elements(), lattice.fixed.clone(), &kept, &functionals)?;
+        let factor =
+            Factor::new(&lattice.nodes, &lattice.elements(), lattice.fixed.clone(), &kept, &functionals)?;
 
         let (count, wide) = (3 * plane.len(), functionals.len());
         let between = |i: usize, j: usize| factor.compliance[i * wide + j];
-        let compliance: Vec<f64> = (0..count * count).map(|k| between(2 + k / count, 2 + k % count)).collect();
+        let compliance: Vec<f64> =
+            (0..count * count).map(|k| between(2 + k / count, 2 + k % count)).collect();
         let mut rest = dense::inverse(&compliance, count).map_err(|_| Singular)?;
         let free: Vec<f64> = (0..count).map(|k| between(0, 2 + k)).collect();
         let pull = rest.chunks(count).map(|row| row.iter().zip(&free).map(|(m, d)| m * d).sum()).collect();
@@ -329,7 +332,8 @@ impl Trial {
                 }
             }
         }
-        let deflection = [0, 1].map(|which| (between(which, 0), (0..count).map(|k| between(which, 2 + k)).collect()));
+        let deflection =
+            [0, 1].map(|which| (between(which, 0), (0..count).map(|k| between(which, 2 + k)).collect()));
         let laws: Vec<Law> =
             plane.iter().map(|facet| setup.softening.spring(facet.length, setup.modulus)).collect();
         let points = points(plane, setup.notch);
@@ -409,7 +413,8 @@ impl Trial {
 
     /// Work that gets lost on the way to a reading, as a share of all work so far.
     fn slip(&self, next: &Reading) -> f64 {
-        let kept = |reading: &Reading| reading.stored() + reading.matrix_loss + reading.fibre_loss - reading.work;
+        let kept =
+            |reading: &Reading| reading.stored() + reading.matrix_loss + reading.fibre_loss - reading.work;
         (kept(next) - kept(&self.last)).abs() / next.work
     }
 
@@ -419,7 +424,8 @@ impl Trial {
         // As the jumps went on before.
         let [(before, older), (now, newer)] = &self.jumps;
         let ahead = if now > before { (opening - now) / (now - before) } else { 0.0 };
-        let mut jumps: Vec<f64> = newer.iter().zip(older).map(|(new, old)| new + ahead * (new - old)).collect();
+        let mut jumps: Vec<f64> =
+            newer.iter().zip(older).map(|(new, old)| new + ahead * (new - old)).collect();
         let mut secants = self.secants(&jumps);
         let mut load = f64::INFINITY;
         for attempt in 1..=ATTEMPTS {
@@ -502,17 +508,19 @@ impl Trial {
 
     fn read(&self, opening: f64, load: f64, jumps: &[f64], secants: &[f64], attempts: usize) -> Reading {
         let relief = self.relief(jumps, secants);
-        let [deflection, middle] = self.deflection.each_ref().map(|(each, by)| {
-            load * each - by.iter().zip(&relief).map(|(c, r)| c * r).sum::<f64>()
-        });
+        let [deflection, middle] = self
+            .deflection
+            .each_ref()
+            .map(|(each, by)| load * each - by.iter().zip(&relief).map(|(c, r)| c * r).sum::<f64>());
         let last = &self.last;
         let points = self.points.iter().map(|point| {
             let most = point.most.max(Self::jump(jumps, point.facet, &point.arm));
             point.area * self.laws[point.facet].lost(most)
         });
-        let bridges = self.bridges.iter().map(|bridge| {
-            bridge.lost(bridge.most.max(Self::jump(jumps, bridge.facet, &bridge.arm)))
-        });
+        let bridges = self
+            .bridges
+            .iter()
+            .map(|bridge| bridge.lost(bridge.most.max(Self::jump(jumps, bridge.facet, &bridge.arm))));
         Reading {
             opening,
             load,
@@ -656,21 +664,40 @@ impl Setup {
 /// A line across a side of the beam, at `at` along x, as the mean vertical displacement there: a platen without friction that tilts freely.
 ///
 /// The facets near it have weights such that sum w = 1 and their first moments about the line's middle vanish: the load has no eccentricity.
-fn line(lattice: &Lattice, mesh: &Mesh, side: usize, at: f64, place: &'static str) -> Result<Functional, TrialError> {
+fn line(
+    lattice: &Lattice,
+    mesh: &Mesh,
+    side: usize,
+    at: f64,
+    place: &'static str,
+) -> Result<Functional, TrialError> {
     let near: Vec<&Facet> =
         mesh.sides[side].iter().filter(|facet| (facet.centroid.x - at).abs() < 0.05 * mesh.size.x).collect();
-    let area: f64 = near.iter().map(|facet| facet.area).sum();
-    let width = f64::max(BEARING, 0.8 * (area / near.len().max(1) as f64).sqrt());
-    let facets: Vec<&&Facet> = near.iter().filter(|facet| (facet.centroid.x - at).abs() < 0.5 * width).collect();
+    let size = (near.iter().map(|facet| facet.area).sum::<f64>() / near.len().max(1) as f64).sqrt();
+    // As wide as it must be to hold a facet for every two along the line; next to the crack plane the nearest are half a distance away.
+    let mut width = f64::max(BEARING, 0.8 * size);
+    let facets: Vec<&&Facet> = loop {
+        let facets: Vec<_> =
+            near.iter().filter(|facet| (facet.centroid.x - at).abs() < 0.5 * width).collect();
+        if facets.len() as f64 >= f64::max(4.0, 0.5 * mesh.size.y / size) {
+            break facets;
+        }
+        if near.is_empty() || width > 4.0 * size {
+            return Err(TrialError::Coarse { place });
+        }
+        width *= 1.25;
+    };
+    let area: f64 = facets.iter().map(|facet| facet.area).sum();
     let middle = 0.5 * mesh.size.y;
     // a (l0 + l1 x + l2 y), by Cramer's rule on the moments of the areas.
-    let terms = |facet: &Facet| DVec3::new(1.0, (facet.centroid.x - at) / width, (facet.centroid.y - middle) / width);
+    let terms =
+        |facet: &Facet| DVec3::new(1.0, (facet.centroid.x - at) / width, (facet.centroid.y - middle) / width);
     let mut moments = tremie_numerics::DMat3::ZERO;
     for facet in &facets {
         let t = terms(facet);
         moments += tremie_numerics::DMat3::from_cols(t * t.x, t * t.y, t * t.z) * (facet.area / area);
     }
-    if facets.len() < 3 || moments.determinant().abs() < 1e-12 {
+    if moments.determinant().abs() < 1e-12 {
         return Err(TrialError::Coarse { place });
     }
     let lambda = moments.inverse() * DVec3::X / area;
@@ -732,11 +759,13 @@ fn sag(lattice: &Lattice, mesh: &Mesh, loading: Loading) -> Result<Functional, T
 /// The jump of a facet of the crack plane along x at its centroid, and its rotations about y and z.
 fn jump_of(lattice: &Lattice, facet: &Facet) -> [Functional; 3] {
     let cells = [(facet.cell, -1.0), (facet.other.unwrap_or(facet.cell), 1.0)];
-    let turn = |axis: usize| cells.map(|(cell, sign)| {
-        let mut weights = [0.0; UNKNOWNS];
-        weights[3 + axis] = sign;
-        (cell, weights)
-    });
+    let turn = |axis: usize| {
+        cells.map(|(cell, sign)| {
+            let mut weights = [0.0; UNKNOWNS];
+            weights[3 + axis] = sign;
+            (cell, weights)
+        })
+    };
     let shift = cells.map(|(cell, sign)| (cell, lattice.displacement(cell, facet.centroid, sign * DVec3::X)));
     [shift.to_vec(), turn(1).to_vec(), turn(2).to_vec()]
 }
@@ -773,7 +802,9 @@ fn bridges(setup: &Setup, plane: &[Facet], laws: &[Law], lag: Option<ShearLag>) 
             continue;
         }
         // The nearest node's: the plane is tiled by the cells' own facets.
-        let Some(facet) = (0..plane.len()).find(|n| holds(&plane[*n].corners, crossing.point)) else { continue };
+        let Some(facet) = (0..plane.len()).find(|n| holds(&plane[*n].corners, crossing.point)) else {
+            continue;
+        };
         let [a, b] = crossing.lengths;
         let law = PullOut::new(&setup.bond, fibre.diameter, a.min(b), crossing.angle);
         let first = laws[facet].first_jump();
@@ -781,7 +812,15 @@ fn bridges(setup: &Setup, plane: &[Facet], laws: &[Law], lag: Option<ShearLag>) 
             let along = lag.stiffness(fibre, a / (a + b), DVec3::X, plane[facet].length);
             (along * crossing.angle.cos().powi(2) * first).min(law.loose_force())
         });
-        bridges.push(Bridge { facet, arm: arm(&plane[facet], crossing.point), crossing, law, first, elastic, most: 0.0 });
+        bridges.push(Bridge {
+            facet,
+            arm: arm(&plane[facet], crossing.point),
+            crossing,
+            law,
+            first,
+            elastic,
+            most: 0.0,
+        });
     }
     bridges
 }
