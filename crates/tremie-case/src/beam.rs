@@ -171,8 +171,11 @@ const SPAN: Need<Quantity> = need("span", "distance of the supports", LENGTH);
 const FILE: Section<BeamCase> = {
     const TITLE: Need<Text> =
         need("title", "what you call it; it stands above the pictures", Text { example: "Beam B1" });
-    const SIZE: Need<Vector<3>> =
-        need("size", "length, width and height of the beam, or of the prism in tension", Vector(LENGTH));
+    const SIZE: Maybe<Vector<3>> = maybe(
+        "size",
+        "length, width and height of the beam, or of the prism in tension; a single fibre needs none",
+        Vector(LENGTH),
+    );
     const TEST: Need<Section<(BeamTest, f64)>> = need("test", "how it is tested", TESTS);
     const MATRIX_KEY: Need<Section<Matrix>> = need("matrix", "the concrete between the fibres", MATRIX);
     const FIBRES_KEY: Maybe<Section<BeamFibres>> = maybe(
@@ -187,9 +190,17 @@ const FILE: Section<BeamCase> = {
         example: &[],
         read: |t| {
             let (test, opening) = t.need(&TEST)?;
+            let size = match (t.maybe(&SIZE)?, test) {
+                (Some(size), _) => size,
+                (None, BeamTest::PullOut { .. }) => [0.0; 3],
+                (None, _) => {
+                    let help = "add size = [\"600 mm\", \"150 mm\", \"150 mm\"]";
+                    return Err(Fault::new(t.itself().span(), "`size` is missing", "").help(help));
+                }
+            };
             let beam = BeamCase {
                 title: t.need(&TITLE)?,
-                size: t.need(&SIZE)?.into(),
+                size: size.into(),
                 test,
                 opening,
                 matrix: t.need(&MATRIX_KEY)?,

@@ -19,6 +19,7 @@ mod pull_out;
 mod shear_lag;
 mod softening;
 mod sparse;
+pub mod standard;
 mod trial;
 mod voronoi;
 
