@@ -27,6 +27,6 @@ pub use lattice::Lattice;
 pub use mesh::{Facet, Mesh};
 pub use nodes::Grading;
 pub use pull_out::{Bond, PullOut};
-pub use softening::Softening;
+pub use softening::{Law, Softening};
 pub use sparse::Singular;
 pub use trial::{BridgeState, Loading, Reading, Setup, State, Trial, TrialError};

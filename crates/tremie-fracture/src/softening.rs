@@ -36,7 +36,7 @@ impl Softening {
     }
 
     /// The law of a spring of the given length in m, for a modulus of elasticity in Pa.
-    pub(crate) fn spring(&self, length: f64, modulus: f64) -> Law {
+    pub fn spring(&self, length: f64, modulus: f64) -> Law {
         let give = length / modulus;
         Law {
             points: [
@@ -51,29 +51,29 @@ impl Softening {
 
 /// Stress over jump: points joined by straight lines.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Law {
+pub struct Law {
     points: [[f64; 2]; 4],
 }
 
 impl Law {
     /// Stress in Pa at a jump in m that grows for the first time.
-    pub(crate) fn stress(&self, jump: f64) -> f64 {
+    pub fn stress(&self, jump: f64) -> f64 {
         let part = self.points.windows(2).find(|part| jump < part[1][0]);
         part.map_or(0.0, |part| between(part[0], part[1], jump))
     }
 
     /// Jump in m at which the crack begins.
-    pub(crate) fn first_jump(&self) -> f64 {
+    pub fn first_jump(&self) -> f64 {
         self.points[1][0]
     }
 
     /// Stress over jump in Pa/m, intact.
-    pub(crate) fn elastic(&self) -> f64 {
+    pub fn elastic(&self) -> f64 {
         self.points[1][1] / self.points[1][0]
     }
 
     /// Stress over jump in Pa/m where the largest jump so far is `most`; in compression the crack closes.
-    pub(crate) fn secant(&self, jump: f64, most: f64) -> f64 {
+    pub fn secant(&self, jump: f64, most: f64) -> f64 {
         if jump <= 0.0 || most <= self.first_jump() {
             self.elastic()
         } else {
@@ -82,7 +82,7 @@ impl Law {
     }
 
     /// Work in J/m2 that is lost for good when the largest jump was `most`.
-    pub(crate) fn lost(&self, most: f64) -> f64 {
+    pub fn lost(&self, most: f64) -> f64 {
         let mut work = 0.0;
         for part in self.points.windows(2) {
             let end = most.min(part[1][0]);
