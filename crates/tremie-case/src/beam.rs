@@ -399,7 +399,7 @@ const RANDOM: Section<BeamFibres> = {
 const LISTED: Section<BeamFibres> = {
     const PATH: Need<Text> = need(
         "file",
-        "path of the file from the folder of this one, as `tremie fibres` and `tremie export --format csv` write it; the beam's lower corner is its origin",
+        "path of the file from the folder of this one, in the format of `tremie export --format csv`; the beam's lower corner is its origin",
         Text { example: "B1.csv" },
     );
     const TYPE: Or<Name> =
