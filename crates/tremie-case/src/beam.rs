@@ -158,6 +158,10 @@ pub struct BeamLattice {
 const MOST_BEAMS: u64 = 1000;
 /// Supports are as far within the beam, in m.
 const BEARING: f64 = 0.005;
+/// Most facets in the crack plane: more would take more than 4 GB of memory.
+const MOST_FACETS: f64 = 1500.0;
+/// Most cells of a lattice, for the same reason.
+const MOST_CELLS: f64 = 2e4;
 /// Least facets across a beam.
 const ACROSS: f64 = 4.0;
 
@@ -569,14 +573,23 @@ fn check(document: &Document<'_>, beam: &BeamCase) -> Result<(), Fault> {
         );
         return at("lattice.spacing", problem, "write a smaller `spacing`");
     }
-    let cells = beam.size.element_product() / beam.lattice.finest.powi(3);
     let plane = width * height / beam.lattice.finest.powi(2);
-    if plane > 3000.0 || cells > 3e6 {
+    if plane > MOST_FACETS {
         let problem = format!("the lattice is too fine: about {plane:.0} facets in the crack plane");
         return at(
             "lattice.spacing",
             problem,
-            "write a larger `spacing`: 3,000 facets there take minutes and gigabytes already",
+            "write a larger `spacing`: 1,500 facets there take minutes and gigabytes already",
+        );
+    }
+    // At random, nodes fill about 0.57 of the cubes of their distance.
+    let cells = 0.57 * beam.size.element_product() / beam.lattice.coarsest.powi(3);
+    if cells > MOST_CELLS {
+        let problem = format!("the lattice is too fine far from the crack: about {cells:.0} cells");
+        return at(
+            "lattice.coarsest",
+            problem,
+            "write a larger `coarsest`: \"25 mm\" is enough for most beams",
         );
     }
     if beam.test == BeamTest::Tension || beam.lattice.coarsest <= 0.5 * length {
@@ -696,6 +709,7 @@ mod tests {
             ("\"12 mm\"", "\"40 mm\"", 20, "finer far from the crack"),
             ("\"12 mm\"", "\"40 mm\"\ncoarsest = \"50 mm\"", 20, "too coarse"),
             ("\"12 mm\"", "\"1 mm\"", 20, "too fine"),
+            ("\"12 mm\"", "\"5 mm\"\ncoarsest = \"5 mm\"", 21, "too fine far from the crack"),
             ("beams = 3", "beams = 2.5", 21, "whole"),
             ("beams = 3", "beams = 5000", 21, "more than 1000"),
         ] {

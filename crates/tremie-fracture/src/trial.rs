@@ -32,6 +32,8 @@ const CLOSE: f64 = 1e-5;
 /// Attempts at a step, and how often it is halved if they do not lead anywhere, or lose sight of energy.
 const ATTEMPTS: usize = 150;
 const HALVINGS: usize = 8;
+/// Attempts after which stiffnesses are no longer taken as they come.
+const PATIENCE: usize = 25;
 /// Work that may get lost in a step, as a share of all work so far: load and deflection are joined by straight lines.
 const SLIP: f64 = 2e-4;
 /// Largest residual of a linear system, as a share of the load.
@@ -309,7 +311,7 @@ impl Trial {
                 let held = (0..mesh.nodes.len())
                     .min_by(|a, b| mesh.nodes[*a].distance(place).total_cmp(&mesh.nodes[*b].distance(place)));
                 lattice.fixed[held.unwrap_or(0)] = [true; UNKNOWNS];
-                (bend(&lattice, &mesh, bending)?, sag(&lattice, &mesh, bending)?)
+                (bend(&lattice, &mesh, bending, setup.grading.coarsest)?, sag(&lattice, &mesh, bending)?)
             }
         };
         let mut functionals = vec![force.clone(), middle];
@@ -446,7 +448,15 @@ impl Trial {
             if close {
                 return Ok(Some((self.read(opening, load, &jumps, &secants, attempt), jumps)));
             }
-            secants = next;
+            // Many fibres that begin to debond take over from the matrix within a micrometre, and all at once: then by smaller steps.
+            let pace = if attempt <= PATIENCE {
+                1.0
+            } else if attempt <= 3 * PATIENCE {
+                0.5
+            } else {
+                0.2
+            };
+            secants.iter_mut().zip(&next).for_each(|(secant, next)| *secant += pace * (next - *secant));
         }
         Ok(None)
     }
@@ -669,10 +679,12 @@ fn line(
     mesh: &Mesh,
     side: usize,
     at: f64,
+    coarsest: f64,
     place: &'static str,
 ) -> Result<Functional, TrialError> {
+    let reach = f64::max(1.2 * coarsest, 0.05 * mesh.size.x);
     let near: Vec<&Facet> =
-        mesh.sides[side].iter().filter(|facet| (facet.centroid.x - at).abs() < 0.05 * mesh.size.x).collect();
+        mesh.sides[side].iter().filter(|facet| (facet.centroid.x - at).abs() < reach).collect();
     let size = (near.iter().map(|facet| facet.area).sum::<f64>() / near.len().max(1) as f64).sqrt();
     // As wide as it must be to hold a facet for every two along the line; next to the crack plane the nearest are half a distance away.
     let mut width = f64::max(BEARING, 0.8 * size);
@@ -723,14 +735,14 @@ fn places(mesh: &Mesh, loading: Loading) -> ([f64; 2], Vec<f64>) {
 }
 
 /// The deflection of the loads against the supports; as a load, both of them.
-fn bend(lattice: &Lattice, mesh: &Mesh, loading: Loading) -> Result<Functional, TrialError> {
+fn bend(lattice: &Lattice, mesh: &Mesh, loading: Loading, coarsest: f64) -> Result<Functional, TrialError> {
     let (supports, loads) = places(mesh, loading);
     let mut parts = Vec::new();
     for at in supports {
-        parts.push((0.5, line(lattice, mesh, 4, at, "a support")?));
+        parts.push((0.5, line(lattice, mesh, 4, at, coarsest, "a support")?));
     }
     for at in &loads {
-        parts.push((-1.0 / loads.len() as f64, line(lattice, mesh, 5, *at, "a load")?));
+        parts.push((-1.0 / loads.len() as f64, line(lattice, mesh, 5, *at, coarsest, "a load")?));
     }
     Ok(combined(&parts.iter().map(|(factor, part)| (*factor, part)).collect::<Vec<_>>()))
 }

@@ -151,6 +151,22 @@ fn fibres_hold_the_crack_and_their_work_is_counted() {
 }
 
 #[test]
+fn fibres_stronger_than_the_matrix_take_over_where_it_cracks() {
+    let grading = Grading { finest: 0.025, coarsest: 0.03 };
+    let size = DVec3::new(0.2, 0.1, 0.1);
+    let placement =
+        Placement { length: 0.06, diameter: 0.75e-3, share: 0.02, orientation: Orientation::Aligned };
+    for shear_lag in [false, true] {
+        let fibres = placement.sow(size, 3);
+        let plain = Setup { size, crack: 0.1, grading, fibres, shear_lag, ..beam(Loading::Tension, 0.02, 2) };
+        let mut trial = Trial::new(plain).unwrap();
+        let readings = run(&mut trial, 0.2e-3);
+        assert!(peak(&readings).stress > 1.2 * 2e6 && peak(&readings).opening > 1e-5);
+        balanced(&readings);
+    }
+}
+
+#[test]
 fn what_cannot_be_tested_is_refused() {
     let coarse = beam(FOUR_POINT, 0.2, 1);
     assert!(matches!(Trial::new(coarse), Err(TrialError::Coarse { .. })));

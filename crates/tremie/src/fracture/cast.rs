@@ -129,7 +129,9 @@ pub(super) fn text(given: Option<&BeamCase>, piece: &Piece) -> anyhow::Result<St
             }
             case.text.clone()
         }
-        None => THESIS.replace("TITLE", &piece.title).replace("[SIZE]", &format!("[{written}]")),
+        None => THESIS
+            .replace("\"TITLE\"", &toml::Value::String(piece.title.clone()).to_string())
+            .replace("[SIZE]", &format!("[{written}]")),
     };
     Ok(format!(
         "{}\n\n# The fibres of the cast, cut at the faces of the beam.\n[fibres.listed]\nfile = \"{FIBRES}\"\n",
@@ -156,14 +158,15 @@ mod tests {
 
     #[test]
     fn the_thesis_stands_in_for_a_file() {
-        let piece = Piece { title: "Beam B1".into(), size: DVec3::new(0.6, 0.15, 0.15), fibres: Vec::new() };
+        let piece =
+            Piece { title: "Beam \"B1\"".into(), size: DVec3::new(0.6, 0.15, 0.15), fibres: Vec::new() };
         let text = text(None, &piece).unwrap();
         assert!(
             text.contains("title = \"Beam B1\"") && text.contains("[\"600 mm\", \"150 mm\", \"150 mm\"]")
         );
         let alone = text.split("# The fibres of the cast").next().unwrap();
         let case = BeamCase::parse("beam.toml", alone).unwrap();
-        assert_eq!(case.matrix.strength, 2e6);
+        assert_eq!((case.title.as_str(), case.matrix.strength), ("Beam \"B1\"", 2e6));
         let other = Piece { size: DVec3::new(0.5, 0.15, 0.15), ..piece };
         let refused = super::text(Some(&case), &other).unwrap_err().to_string();
         assert!(refused.contains("another size"), "{refused}");
