@@ -177,6 +177,11 @@ impl Cuts {
         Self::parse(&path.display().to_string(), &text)
     }
 
+    /// The file as read.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
     /// What somebody further up finds wrong, told at a key such as `beam.0.min`.
     pub fn refuse(&self, key: &str, problem: impl Into<String>, advice: impl Into<String>) -> CaseError {
         let document = Document::parse(&self.text, Path::new(""));

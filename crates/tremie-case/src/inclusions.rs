@@ -132,7 +132,7 @@ const SEED: Or<Quantity> = or(
 );
 
 /// A number under a key is a whole one.
-fn whole(t: &document::Table<'_>, key: &str, number: f64) -> Result<u64, Fault> {
+pub(crate) fn whole(t: &document::Table<'_>, key: &str, number: f64) -> Result<u64, Fault> {
     if number.fract() != 0.0 {
         let value = t.value(key).unwrap_or_else(|| t.itself());
         return Err(value.fault("must be a whole number", "write one without a fraction"));

@@ -7,9 +7,10 @@
 //! Inside: `document` wraps the parsed document in getters that know where everything stands; `schema` says which keys
 //! there are and what they mean (a new section, flow curve or shape is one entry there); `describe` turns the same
 //! into a JSON Schema; `check` holds what is
-//! wrong only in combination; `files` finds the files that a case names, `stl` and `bars` read them, so that what is wrong with them is told at the line too; `inclusions` are the keys of bodies in the fluid, and their places at the start; `cuts` reads another file, of what is cut out of a cast, in the same way; `fault` turns a complaint about a place in the text into a message.
+//! wrong only in combination; `files` finds the files that a case names, `stl` and `bars` read them, so that what is wrong with them is told at the line too; `inclusions` are the keys of bodies in the fluid, and their places at the start; `cuts` reads another file, of what is cut out of a cast, in the same way, and `beam` that of a hardened beam; `fault` turns a complaint about a place in the text into a message.
 
 mod bars;
+mod beam;
 mod case;
 mod check;
 mod cuts;
@@ -25,6 +26,7 @@ mod stl;
 mod suggestion;
 pub mod units;
 
+pub use beam::{BeamCase, BeamFibres, BeamLattice, BeamTest, FibreBond, Lying, Matrix};
 pub use case::{
     AboveFill, Cage, Case, Collision, Course, Domain, FillingGauge, FluidRegion, FrontGauge, Gauges, Inlet,
     Isph, Lattice, Layer, Lbm, LevelGauge, LightGauge, Material, MeshFile, Method, NamedFile, Outlet, Output,
@@ -40,4 +42,9 @@ pub use listed::{Listed, ListedBody};
 /// The JSON Schema (draft 2020-12) of the case file: its keys, what they mean, and what may stand there.
 pub fn json_schema() -> serde_json::Value {
     schema::describe()
+}
+
+/// The same of the beam file.
+pub fn beam_schema() -> serde_json::Value {
+    beam::describe()
 }

@@ -6,7 +6,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::{
-    bench, calc, check, compare, export, failure, fibres, lab, report, run, schema, template, validate,
+    bench, calc, check, compare, export, failure, fibres, fracture, lab, report, run, schema, template,
+    validate,
 };
 
 /// Virtual laboratory and casting simulator for fresh concrete and other yield-stress fluids.
@@ -24,6 +25,7 @@ Examples:
   tremie resume runs/planar-collapse
   tremie report runs/planar-collapse
   tremie fibres runs/fibre-slump
+  tremie fracture --from runs/fibre-slab --beam B1
   tremie export runs/fibre-slump --format csv"
 )]
 struct Program {
@@ -55,6 +57,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Cut beams and planes out of a finished cast, and tell how the fibres in them lie
     Fibres(fibres::Arguments),
+    /// Test a hardened beam, with every fibre that a cast has left in it
+    Fracture(fracture::Arguments),
     /// Write the aggregates and fibres of a run as other programs read them
     Export(export::Arguments),
     /// Say what a case will cost, and whether its numbers are sound
@@ -74,7 +78,7 @@ pub fn main() -> ExitCode {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
         pool.install(|| match program.command {
             Command::New(arguments) => template::run(&arguments),
-            Command::Schema(_) => Ok(schema::run()),
+            Command::Schema(arguments) => Ok(schema::run(&arguments)),
             Command::Lab(experiment) => lab::run(experiment),
             Command::Calc(arguments) => calc::run(&arguments),
             Command::Run(arguments) => run::run(arguments),
@@ -82,6 +86,7 @@ pub fn main() -> ExitCode {
             Command::Report(arguments) => report::run(&arguments),
             Command::Compare(arguments) => compare::run(&arguments),
             Command::Fibres(arguments) => fibres::run(&arguments),
+            Command::Fracture(arguments) => fracture::run(&arguments),
             Command::Export(arguments) => export::run(&arguments),
             Command::Check(arguments) => check::run(&arguments),
             Command::Validate(arguments) => validate::run(arguments),

@@ -15,6 +15,7 @@ mod compare;
 mod export;
 mod failure;
 mod fibres;
+mod fracture;
 mod gaps;
 mod interrupt;
 mod lab;

@@ -82,7 +82,7 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> anyhow::Result<ExitCode> {
 }
 
 /// What a run is called after its case file: the file's name, or the folder's if the file is just `case.toml`.
-fn name(path: &Path) -> String {
+pub(crate) fn name(path: &Path) -> String {
     let stem = |path: &Path| Some(path.file_stem()?.to_string_lossy().into_owned());
     let folder = || {
         let path = path.canonicalize().ok()?;

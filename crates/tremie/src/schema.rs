@@ -10,14 +10,20 @@ use crate::terminal;
 #[command(after_help = "\
 Examples:
   tremie schema > tremie.schema.json
+  tremie schema --beam > beam.schema.json
 
 An editor with TOML support (Taplo, Even Better TOML) then completes keys, explains them and marks mistakes in a case
 file whose first line is
   #:schema ./tremie.schema.json")]
-pub(crate) struct Arguments {}
+pub(crate) struct Arguments {
+    /// That of the file of a hardened beam, for `tremie fracture`
+    #[arg(long)]
+    beam: bool,
+}
 
 /// Prints the schema.
-pub(crate) fn run() -> ExitCode {
-    terminal::say(&format!("{:#}", tremie_case::json_schema()));
+pub(crate) fn run(arguments: &Arguments) -> ExitCode {
+    let schema = if arguments.beam { tremie_case::beam_schema() } else { tremie_case::json_schema() };
+    terminal::say(&format!("{schema:#}"));
     ExitCode::SUCCESS
 }

@@ -18,6 +18,8 @@ struct Template {
     name: &'static str,
     about: &'static str,
     text: &'static str,
+    /// Whether it is a hardened beam, for `tremie fracture`.
+    beam: bool,
     /// Names and contents of the files that the case names; they lie beside it.
     files: &'static [(&'static str, &'static str)],
 }
@@ -28,12 +30,19 @@ macro_rules! template {
             name: $name,
             about: $about,
             text: include_str!(concat!("../../../cases/", $name, "/case.toml")),
+            beam: false,
             files: &[$(($file, include_str!(concat!("../../../cases/", $name, "/", $file))),)*],
         }
     };
 }
 
-const TEMPLATES: [Template; 22] = [
+macro_rules! beam {
+    ($name:literal, $about:literal) => {
+        Template { beam: true, ..template!($name, $about) }
+    };
+}
+
+const TEMPLATES: [Template; 28] = [
     template!("slump-flow", "a cone of concrete is let go and spreads on a plate (EN 12350-8)"),
     template!("l-box", "concrete flows under a gate and through bars along a channel (EN 12350-10)"),
     template!("planar-collapse", "a wall of concrete collapses when its forms are taken away (dam break)"),
@@ -67,6 +76,12 @@ const TEMPLATES: [Template; 22] = [
     template!("couette-spheres", "spheres between moving plates: what they add to the viscosity (Svec)"),
     template!("couette-fibres", "fibres between moving plates: what they add to the viscosity (Svec)"),
     template!("l-form", "an L-shaped form from an STL file is filled from a hose", "form.stl"),
+    beam!("plain-beam", "a hardened beam of plain concrete with a notch is bent (EN 14651)"),
+    beam!("random-fibre-beam", "the same with steel fibres in all directions"),
+    beam!("aligned-fibre-beam", "the same with steel fibres along the beam"),
+    beam!("thesis-b1", "a beam that was cut from the slab is bent, the weakest (Svec)"),
+    beam!("thesis-b2", "another (Svec)"),
+    beam!("thesis-b3", "another, the strongest (Svec)"),
 ];
 
 #[derive(Debug, Args)]
@@ -78,7 +93,7 @@ Examples:
   tremie new slump-flow
   tremie new planar-collapse my-wall.toml
 
-Every key has a comment; edit the values, then `tremie check` and `tremie run` the file. Files that a case names, such as the STL
+Every key has a comment; edit the values, then `tremie check` and `tremie run` the file (a hardened beam: `tremie fracture`). Files that a case names, such as the STL
 file of l-form, are written beside it."
 )]
 pub(crate) struct Arguments {
@@ -140,17 +155,25 @@ fn write(template: &Template, path: &Path, force: bool) -> anyhow::Result<()> {
         }
     }
     let name = quoted(path);
-    terminal::say(&format!(
-        "{} written. Edit it, then\n  tremie check {name}\n  tremie run {name}",
-        path.display()
-    ));
+    let next = if template.beam {
+        format!("tremie fracture {name}")
+    } else {
+        format!("tremie check {name}\n  tremie run {name}")
+    };
+    terminal::say(&format!("{} written. Edit it, then\n  {next}", path.display()));
     Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tremie_case::Case;
+    use tremie_case::{BeamCase, Case};
+
+    fn parse(beam: bool, name: &str, text: &str) {
+        let read =
+            if beam { BeamCase::parse(name, text).map(drop) } else { Case::parse(name, text).map(drop) };
+        read.unwrap_or_else(|error| panic!("{error}"));
+    }
 
     #[test]
     fn every_case_that_comes_along_is_a_template() {
@@ -166,14 +189,14 @@ mod tests {
 
     #[test]
     fn templates_are_right_and_so_are_their_options() {
-        for Template { name, text, files, .. } in TEMPLATES {
+        for Template { name, text, beam, files, .. } in TEMPLATES {
             let folder = tempfile::tempdir().unwrap();
             for (name, text) in files {
                 std::fs::write(folder.path().join(name), text).unwrap();
             }
             let name = folder.path().join(name);
             let name = name.to_str().unwrap();
-            Case::parse(name, text).unwrap_or_else(|error| panic!("{error}"));
+            parse(beam, name, text);
             let options: Vec<&str> = text
                 .lines()
                 .filter(|line| {
@@ -183,7 +206,7 @@ mod tests {
             assert!(options.len() > 5, "{name}");
             for option in options {
                 let text = text.replace(option, &option[1..]);
-                Case::parse(name, &text).unwrap_or_else(|error| panic!("{error}"));
+                parse(beam, name, &text);
             }
         }
     }

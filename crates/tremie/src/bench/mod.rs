@@ -12,14 +12,16 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use indicatif::HumanCount;
 use serde::Serialize;
-use tremie_case::{Case, FluidRegion, Method, Precision, Side};
+use tremie_case::{BeamCase, Case, FluidRegion, Method, Precision, Side};
+use tremie_fracture::Trial;
+use tremie_fracture::standard::openings;
 use tremie_geometry::Shape;
 use tremie_simulation::Load;
 use tremie_simulation::gauges::Gauges;
 use tremie_simulation::rest::RestWatch;
 
 use crate::numbers::significant;
-use crate::{plan, terminal};
+use crate::{fracture, plan, terminal};
 
 /// Repeats of a box, of which the median counts.
 const REPEATS: usize = 7;
@@ -45,7 +47,7 @@ pub(crate) struct Arguments {
     /// What to measure [default: all]
     #[arg(value_enum, value_name = "ID")]
     ids: Vec<Id>,
-    /// Compute only the first seconds of the slump
+    /// Compute only the first seconds of the slump, and the first half millimetre of the beam
     #[arg(long)]
     quick: bool,
     /// Print a JSON list instead of a table, in SI units
@@ -84,6 +86,8 @@ enum Id {
     /// By 300,000
     #[value(name = "isph-300k")]
     Isph300k,
+    /// A hardened beam with fibres, 10 mm at the crack, tested to an opening of 3.5 mm
+    FractureBeam,
 }
 
 /// A row of the table, an entry of the list.
@@ -114,6 +118,8 @@ struct Entry {
     pressure_iterations: Option<f64>,
     /// What the step is longer by for each body in it, in microseconds.
     microseconds_per_body_step: Option<f64>,
+    /// Wall-clock time of the test of a beam, from its lattice to its last opening.
+    seconds_per_beam: Option<f64>,
 }
 
 /// Measures.
@@ -141,6 +147,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let bandwidth = limit.bytes_per_second.unwrap_or(f64::NAN);
     let mut entries = vec![limit];
     for id in others {
+        if *id == Id::FractureBeam {
+            let entry = tested_beam(arguments.quick)?;
+            show(&entry);
+            entries.push(entry);
+            continue;
+        }
         let work = match id {
             Id::LbmBoxF32 => full_box(Precision::F32)?,
             Id::LbmBoxF64 => full_box(Precision::F64)?,
@@ -152,7 +164,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
             Id::Isph10k => pace(&particles_case(10_000)?)?,
             Id::Isph100k => pace(&particles_case(100_000)?)?,
             Id::Isph300k => pace(&particles_case(300_000)?)?,
-            Id::Bandwidth => continue,
+            Id::Bandwidth | Id::FractureBeam => continue,
         };
         let entry = Entry::new(name(*id), &work, bandwidth);
         show(&entry);
@@ -166,6 +178,29 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
 
 fn name(id: Id) -> String {
     id.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+/// The test of a beam, or of its first half millimetre.
+fn tested_beam(quick: bool) -> anyhow::Result<Entry> {
+    let case = BeamCase::parse("beam.toml", include_str!("beam.toml"))?;
+    let end = if quick { 0.5e-3 } else { case.opening };
+    let start = Instant::now();
+    let mut trial = Trial::new(fracture::beam::setup(&case, case.lattice.seed))?;
+    let mut steps = 0;
+    for opening in openings(end) {
+        steps += trial.advance(opening)?.len() as u64;
+    }
+    let seconds = start.elapsed().as_secs_f64();
+    Ok(Entry {
+        id: name(Id::FractureBeam),
+        precision: Some("f64"),
+        threads: rayon::current_num_threads(),
+        cells: Some(trial.mesh().nodes.len()),
+        steps: Some(steps),
+        seconds: Some(seconds),
+        seconds_per_beam: Some(seconds),
+        ..Entry::default()
+    })
 }
 
 /// What a simulation did.
@@ -344,7 +379,7 @@ fn cells(case: &Case) -> usize {
     case.domain.cells(case.method.resolution()).iter().product()
 }
 
-const HEADER: [&str; 12] = [
+const HEADER: [&str; 13] = [
     "id",
     "cells",
     "wet",
@@ -357,9 +392,10 @@ const HEADER: [&str; 12] = [
     "us/body",
     "ms/step",
     "iterations",
+    "s/beam",
 ];
 
-fn line(columns: &[String; 12]) -> String {
+fn line(columns: &[String; 13]) -> String {
     let [id, rest @ ..] = columns;
     rest.iter().fold(format!("{id:<14}"), |line, column| format!("{line} {column:>13}"))
 }
@@ -391,10 +427,11 @@ impl Entry {
             viscous_iterations: viscous,
             pressure_iterations: pressure,
             microseconds_per_body_step: work.microseconds_per_body_step,
+            seconds_per_beam: None,
         }
     }
 
-    fn columns(&self) -> [String; 12] {
+    fn columns(&self) -> [String; 13] {
         let show = |value: Option<f64>, text: fn(f64) -> String| value.map_or_else(|| "-".to_owned(), text);
         let count = |number: f64| HumanCount(number as u64).to_string();
         let iterations = match (self.viscous_iterations, self.pressure_iterations) {
@@ -414,6 +451,7 @@ impl Entry {
             show(self.microseconds_per_body_step, |cost| format!("{cost:.2}")),
             show(self.milliseconds_per_step, significant),
             iterations,
+            show(self.seconds_per_beam, significant),
         ]
     }
 }

@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use tremie_case::Cuts;
 use tremie_output::table::{self, Cell};
 use tremie_simulation::bodies::export_pieces;
 use tremie_simulation::{Fluid, pictures};
 
-use super::Cast;
 use super::figures::{Figures, Lying, PARTS, Through};
 use super::table::AXES;
+use super::{CUTS, Cast};
 use crate::failure::{WrongInput, chain};
 
 /// The columns of `beams.csv`: each beam has a row for all of it and for each half, and its section stands in the first.
@@ -44,7 +45,12 @@ const FACTOR: &str = "orientation_factor";
 const PLANES: [&str; 4] = ["plane", "fibres", "fibres_per_m2", "concrete_m2"];
 
 /// Writes all files into a folder, which is made if need be; their paths.
-pub(super) fn write(cast: &Cast, figures: &Figures, folder: &Path) -> Result<Vec<PathBuf>, WrongInput> {
+pub(super) fn write(
+    cast: &Cast,
+    figures: &Figures,
+    cuts: &Cuts,
+    folder: &Path,
+) -> Result<Vec<PathBuf>, WrongInput> {
     let Fluid::Cells(cells) = &cast.state.fluid;
     let bodies = &cast.state.inclusions;
     let refused =
@@ -61,6 +67,7 @@ pub(super) fn write(cast: &Cast, figures: &Figures, folder: &Path) -> Result<Vec
         written.push(path);
         Ok::<(), WrongInput>(())
     };
+    write(CUTS.to_owned(), &|path| tremie_output::atomic::write(path, cuts.text().as_bytes()))?;
     if !figures.beams.is_empty() {
         let columns: Vec<&str> = BEAMS.into_iter().chain([FACTOR]).collect();
         write("beams.csv".to_owned(), &|path| table::write(path, &columns, &beams(figures)))?;

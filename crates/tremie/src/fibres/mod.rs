@@ -71,16 +71,24 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
+/// The file of cuts that was used last, as a run keeps it.
+const CUTS: &str = "cuts.toml";
+
+/// Where a run keeps the file of cuts that was used last.
+pub(crate) fn kept_cuts(run: &Path) -> PathBuf {
+    run.join(FOLDER).join(CUTS)
+}
+
 /// A run and its last state.
-struct Cast {
+pub(crate) struct Cast {
     folder: RunFolder,
-    case: Case,
-    state: Snapshot,
+    pub(crate) case: Case,
+    pub(crate) state: Snapshot,
 }
 
 impl Cast {
     /// Reads the last state of a run that has fibres.
-    fn read(dir: &Path, field: bool) -> anyhow::Result<Self> {
+    pub(crate) fn read(dir: &Path, field: bool) -> anyhow::Result<Self> {
         let folder = RunFolder::open(dir)?;
         let case = Case::read(&folder.case())?;
         let shown = folder.path().display();
@@ -119,9 +127,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
         None => None,
     };
     let written = match &cuts {
-        Some(_) => {
+        Some(cuts) => {
             let folder = arguments.out.clone().unwrap_or_else(|| cast.folder.path().join(FOLDER));
-            files::write(&cast, &figures, &folder)?
+            files::write(&cast, &figures, cuts, &folder)?
         }
         None => Vec::new(),
     };

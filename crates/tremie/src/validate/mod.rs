@@ -1,7 +1,7 @@
 //! `tremie validate`: benchmarks against closed forms, published numbers and invariances.
 //!
 //! Each benchmark is a folder of `validation/`, built into the program, and a function in `scales`, `channel`, `pipe`, `thixotropy`, `slip`, `cavity`,
-//! `surface`, `collapse`, `l_box`, `lcpc_box`, `control_volume`, `drag`, `momentum`, `fibre_field`, `orbit`, `settling`, `mixture`, `slab`, `slump`, `stl`, `wake` or `invariance`; `benchmark` is
+//! `surface`, `collapse`, `l_box`, `lcpc_box`, `control_volume`, `drag`, `momentum`, `fibre_field`, `orbit`, `settling`, `mixture`, `slab`, `slump`, `stl`, `wake`, `fracture` or `invariance`; `benchmark` is
 //! what they share, `flow` how they drive a simulation, `shear` how they shear bodies, `report` what is shown.
 //! A new one is a folder, a function, and a line in `BENCHMARKS`.
 //!
@@ -17,6 +17,7 @@ mod drag;
 mod fibre_field;
 mod figure;
 mod flow;
+mod fracture;
 mod invariance;
 mod l_box;
 mod lcpc_box;
@@ -163,6 +164,21 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(slab::slab_fibres, "slab-fibres", "case.toml"),
     benchmark!(wake::bar_wake, "bar-wake", "l-box.toml", "wall.toml"),
     benchmark!(slump::slump_spread, "slump-spread", "case.toml", "reference.csv"),
+    benchmark!(fracture::nine_cells, "fracture-v1"),
+    benchmark!(fracture::patch, "fracture-v2"),
+    benchmark!(fracture::geometry, "fracture-v3"),
+    benchmark!(fracture::elastic, "fracture-v4"),
+    benchmark!(fracture::softening, "fracture-v5"),
+    benchmark!(fracture::tension, "fracture-v6"),
+    benchmark!(fracture::plain, "fracture-v7"),
+    benchmark!(fracture::notched, "fracture-v8"),
+    benchmark!(fracture::hinge, "fracture-v9"),
+    benchmark!(fracture::single_fibre, "fracture-v10"),
+    benchmark!(fracture::many_fibres, "fracture-v11"),
+    benchmark!(fracture::counts, "fracture-v12"),
+    benchmark!(fracture::fibre_count, "fracture-v13"),
+    benchmark!(fracture::lattices, "fracture-v14"),
+    benchmark!(fracture::slab, "fracture-v15", "b1.csv", "b2.csv", "b3.csv"),
 ];
 
 /// Runs the benchmarks, shows each as it ends, and says whether all pass.
