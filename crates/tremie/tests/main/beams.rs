@@ -17,8 +17,8 @@ kink_opening = "0.05 mm"
 last_opening = "0.3 mm"
 
 [lattice]
-spacing = "18 mm"
-coarsest = "30 mm"
+spacing = "14 mm"
+coarsest = "16 mm"
 "#;
 
 const RANDOM: &str = "\n[fibres.random]\nlength = \"30 mm\"\ndiameter = \"0.5 mm\"\nvolume_fraction = 0.01\n";
