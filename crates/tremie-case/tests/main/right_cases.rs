@@ -199,7 +199,10 @@ surface = "free_slip"
     };
     let lifted = Motion::Uniform(DVec3::new(0.0, 0.0, 0.15));
     let name = "solid1".to_owned();
-    assert_eq!(*mould, Solid { name, body: Body::Shape(shell), motion: lifted, surface: Surface::FreeSlip });
+    assert_eq!(
+        *mould,
+        Solid { name, body: Body::Shape(shell), motion: lifted, load: None, surface: Surface::FreeSlip }
+    );
     let point = |time, x| Waypoint { time, offset: DVec3::new(x, 0.0, 0.0) };
     assert_eq!(gate.motion, Motion::Path(vec![point(1.0, 0.0), point(3.0, 1.0)]));
     assert_eq!(gate.surface, Surface::NoSlip);
@@ -282,6 +285,8 @@ fn the_same_case_is_read_for_particles() {
         stress: StressStep::Implicit,
         strain_convention: StrainConvention::Standard,
         largest_viscosity: None,
+        time_step: None,
+        scheme: Scheme::Projection,
     };
     assert_eq!(case.method, Method::Isph(expected));
     assert_eq!((case.method.name(), case.method.resolution_key()), ("isph", "isph.spacing"));
@@ -294,6 +299,8 @@ fn the_same_case_is_read_for_particles() {
         stress: StressStep::Explicit,
         strain_convention: StrainConvention::Paper,
         largest_viscosity: Some(5e4),
+        time_step: None,
+        scheme: Scheme::Projection,
     };
     assert_eq!(case.method, Method::Isph(expected));
 }

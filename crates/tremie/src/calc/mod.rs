@@ -18,6 +18,8 @@ mod suspension;
 mod yield_stress;
 
 pub(crate) use channel_at_rest::LcpcBox;
+pub(crate) use duct::Bingham;
+pub(crate) use squeeze::squeezed_in_a_plane;
 
 use std::process::ExitCode;
 

@@ -55,6 +55,17 @@ fn squeeze_force(fluid: Bingham, radius: f64, height: f64, speed: f64) -> f64 {
     (0..RINGS).map(ring).sum()
 }
 
+/// Force in N/m of depth on plates that close at `speed` m/s on a sample `2 length` m wide in a plane: 2 int_0^L x G dx, of a Newtonian fluid 8 mu V L^3/h^3.
+pub(crate) fn squeezed_in_a_plane(fluid: Bingham, length: f64, height: f64, speed: f64) -> f64 {
+    const STRIPS: i32 = 400;
+    let step = length / f64::from(STRIPS);
+    let strip = |n: i32| {
+        let x = (f64::from(n) + 0.5) * step;
+        2.0 * x * step * gradient(speed * x / height, |g| channel_velocity(fluid, height, g))
+    };
+    (0..STRIPS).map(strip).sum()
+}
+
 /// The same for plates that hardly move.
 fn plastic_force(yield_stress: f64, radius: f64, height: f64) -> f64 {
     2.0 * PI * yield_stress * radius.powi(3) / (3.0 * height)
