@@ -44,7 +44,7 @@ pub(super) struct Arguments {
 }
 
 /// Force in N on plates `height` m apart that close at `speed` m/s on a sample of `radius` m.
-fn squeeze_force(fluid: Bingham, radius: f64, height: f64, speed: f64) -> f64 {
+pub(crate) fn squeeze_force(fluid: Bingham, radius: f64, height: f64, speed: f64) -> f64 {
     const RINGS: i32 = 400;
     let step = radius / f64::from(RINGS);
     let ring = |n: i32| {
@@ -72,7 +72,7 @@ fn plastic_force(yield_stress: f64, radius: f64, height: f64) -> f64 {
 }
 
 /// Height in m at which `volume` m3 come to rest under a force in N.
-fn final_height(yield_stress: f64, volume: f64, force: f64) -> f64 {
+pub(crate) fn final_height(yield_stress: f64, volume: f64, force: f64) -> f64 {
     (2.0 * yield_stress * volume.powf(1.5) / (3.0 * PI.sqrt() * force)).powf(0.4)
 }
 
