@@ -1296,7 +1296,7 @@ const SOLID_MOTION_KINDS: Variants<Moved> = {
             need("force", "the force, along an axis: the solid goes along it, without turning", FORCE_VECTOR);
         const MASS: Or<Quantity> = or(
             "mass",
-            "0 kg",
+            "\"0 kg\"",
             "mass of the solid, whose weight acts besides; without any it is as fast as lets the fluid bear the load",
             quantity(Dimension::MASS, Bound::NotNegative, "2 kg"),
         );

@@ -100,7 +100,10 @@ fn case_text(arguments: &Arguments) -> Result<String, String> {
         Some(speed) => {
             format!("[solid.motion.uniform]\nvelocity = [\"0 m/s\", \"0 m/s\", \"{} m/s\"]\n", tidy(-speed))
         }
-        None => format!("[solid.motion.load]\nforce = [\"0 N\", \"0 N\", \"{} N\"]\n", tidy(-load)),
+        None => format!(
+            "[solid.motion.load]\nforce = [\"0 N\", \"0 N\", \"{} N\"]\nmass = \"0 kg\"\n",
+            tidy(-load)
+        ),
     };
     let parts = format!(
         "# The sample, of which a quarter is computed.\n[[fluid]]\n{sample}\n\n# The upper plate.\n[[solid]]\nname = \"{PLATE}\"\n{plate}\n{motion}",
