@@ -1,12 +1,12 @@
 //! A solid that a load moves along a line, against what the fluid does to it.
 //!
-//! By bounce-back (module `contact`) the force on a wall is linear in its velocity V along the line n, in lattice units
+//! By bounce-back (modules `contact`, `loads`) the force on a wall is, by its velocity V along the line n, in lattice units
 //!
 //! ```text
-//!     P = - sum over links of 2 f c.n - V Z,      Z = sum over links of 6 w rho (c.n)^2
+//!     P = - sum over links of 2 f c.n - V Z + V^2 S,      Z = sum over links of 6 w rho (c.n)^2,     S = sum over links of 6 w rho c.n
 //! ```
 //!
-//! with f the populations that are about to enter it. So the speed with which it goes through the coming step is known before,
+//! with f the populations that are about to enter it; V^2 is taken as the speed times the one before. So the speed with which it goes through the coming step is known before,
 //!
 //! ```text
 //!     M (V - V_n) = F + P(V)
@@ -48,6 +48,8 @@ struct Resistance {
     still: f64,
     /// How much that falls with its speed.
     impedance: f64,
+    /// Part of the force that grows with the square of its speed.
+    square: f64,
     /// Area across its way.
     area: f64,
 }
@@ -75,7 +77,9 @@ impl Plate {
         let size = scaling.cell_size;
         let force = self.loaded.force / (scaling.stress_unit() * size * size);
         let mass = self.loaded.mass / (scaling.density * size.powi(3));
-        let speed = (mass * scaling.velocity(self.speed) + force + found.still) / (mass + found.impedance);
+        let before = scaling.velocity(self.speed);
+        let resists = mass + found.impedance - before * found.square;
+        let speed = (mass * before + force + found.still) / resists;
         // One without mass that touches nothing falls as fast as it may.
         let speed = if speed.is_finite() { speed } else { FASTEST * force.signum() };
         self.speed = speed.clamp(-FASTEST, FASTEST) * scaling.velocity_unit();
@@ -102,7 +106,8 @@ impl<T: Real> Grid<T> {
                             let c = vector(i).dot(n);
                             sum.still -= 2.0 * leaving(opposite(i)) * c;
                             sum.impedance += 6.0 * W[i] * density * c * c;
-                            sum.area += 6.0 * W[i] * (-c).max(0.0);
+                            sum.square += 6.0 * W[i] * density * c;
+                            sum.area += 6.0 * W[i] * c.abs();
                         }
                     }
                 }

@@ -204,7 +204,12 @@ impl Solids {
             let (min, max) = body.solid.swept(time, end);
             min.cmplt(upper).all() && max.cmpgt(self.corner).all()
         };
-        self.bodies.iter().filter(ahead).map(|body| body.largest_speed(time)).fold(0.0, f64::max)
+        // What a load moves is as fast as it is; `follows` is only a bound.
+        let speed = |body: &Placed| match body.solid.load {
+            Some(_) => body.solid.motion.largest_speed(time),
+            None => body.largest_speed(time),
+        };
+        self.bodies.iter().filter(ahead).map(speed).fold(0.0, f64::max)
     }
 
     /// Edge of a cell in m.
