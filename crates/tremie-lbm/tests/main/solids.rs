@@ -292,26 +292,25 @@ fn bars_as_one_body_are_as_bars_one_by_one() {
 
 /// Half of a film of 10 Pa s between plates without slip, in a plane, 10 mm high and 50 mm wide, eight cells over its height; a load without mass of 20 N per metre of depth, on both halves, moves the upper plate.
 fn film() -> tremie_case::Case {
-    let text = format!(
-        r#"title = "Film"
+    let text = r#"title = "Film"
 method = "lbm"
 
 [material]
 density = "2000 kg/m3"
-newtonian = {{ viscosity = "10 Pa s" }}
+newtonian = { viscosity = "10 Pa s" }
 
 [domain]
 min = ["0 mm", "0 mm", "0 mm"]
 max = ["75 mm", "1.25 mm", "12.5 mm"]
 gravity = ["0 m/s2", "0 m/s2", "0 m/s2"]
-sides = {{ x_min = "symmetry", y_min = "periodic", y_max = "periodic" }}
+sides = { x_min = "symmetry", y_min = "periodic", y_max = "periodic" }
 
 [[fluid]]
-box = {{ min = ["-1 m", "-1 m", "0 m"], max = ["50 mm", "1 m", "10 mm"] }}
+box = { min = ["-1 m", "-1 m", "0 m"], max = ["50 mm", "1 m", "10 mm"] }
 
 [[solid]]
 name = "plate"
-box = {{ min = ["-1 m", "-1 m", "10 mm"], max = ["1 m", "1 m", "1 m"] }}
+box = { min = ["-1 m", "-1 m", "10 mm"], max = ["1 m", "1 m", "1 m"] }
 motion.load.force = ["0 N", "0 N", "-0.025 N"]
 
 [lbm]
@@ -324,9 +323,8 @@ interval = "10 ms"
 
 [stop]
 time = "1 s"
-"#
-    );
-    tremie_case::Case::parse("film.toml", &text).unwrap_or_else(|error| panic!("{error}"))
+"#;
+    tremie_case::Case::parse("film.toml", text).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// It sinks as lubrication has it, F h^3/(8 mu L^3), bears its load at once, and goes on from a checkpoint as it would have.
