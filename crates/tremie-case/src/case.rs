@@ -187,17 +187,28 @@ pub struct Outlet {
     pub max: DVec3,
 }
 
-/// A rigid body that goes its prescribed way, whatever the fluid does.
+/// A rigid body that goes its prescribed way, whatever the fluid does, or is moved by a load against what the fluid does.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solid {
     /// What its readings are called: letters, digits and `_`; no two solids have the same name.
     pub name: String,
     /// Where it is drawn.
     pub body: Body,
-    /// Where it is at a time, from there.
+    /// Where it is at a time, from there; at rest if a load moves it, which no time tells.
     pub motion: Motion,
+    /// What moves it, if its motion is not prescribed.
+    pub load: Option<Load>,
     /// What its surface does to the fluid.
     pub surface: Surface,
+}
+
+/// A force that moves a solid straight along its own line, without turning, against what the fluid does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Load {
+    /// Force in N along an axis, on the solid and its images in planes of symmetry.
+    pub force: DVec3,
+    /// Mass in kg of the solid and these images; with none it is as fast as lets the fluid bear the load.
+    pub mass: f64,
 }
 
 impl Solid {
@@ -206,6 +217,26 @@ impl Solid {
         let (min, max) = self.body.bounds();
         let (low, high) = self.motion.range(start, end);
         (min + low, max + high)
+    }
+}
+
+/// A solid under a load, as a method moves it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Loaded {
+    /// Its number.
+    pub solid: usize,
+    /// Unit vector along its way.
+    pub direction: DVec3,
+    /// Force in N along it, with what gravity adds, on the part in the domain.
+    pub force: f64,
+    /// Mass in kg of that part.
+    pub mass: f64,
+}
+
+impl Loaded {
+    /// Speed in m/s that the load can give a mass of fluid in kg, over so long a way in m; less where the fluid is viscous.
+    pub fn speed(&self, fluid: f64, way: f64) -> f64 {
+        (2.0 * self.force.abs() * way / (fluid + self.mass)).sqrt()
     }
 }
 
@@ -309,7 +340,7 @@ pub enum Surface {
 pub enum Method {
     /// Free-surface lattice Boltzmann.
     Lbm(Lbm),
-    /// Incompressible smoothed particle hydrodynamics.
+    /// Incompressible smoothed particle hydrodynamics, by one of its schemes.
     Isph(Isph),
 }
 
@@ -318,7 +349,8 @@ impl Method {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Lbm(_) => "lbm",
-            Self::Isph(_) => "isph",
+            Self::Isph(Isph { scheme: Scheme::Projection, .. }) => "isph",
+            Self::Isph(Isph { scheme: Scheme::ThreeStep(_), .. }) => "sph",
         }
     }
 
@@ -342,7 +374,8 @@ impl Method {
     pub fn resolution_key(&self) -> &'static str {
         match self {
             Self::Lbm(_) => "lbm.cell_size",
-            Self::Isph(_) => "isph.spacing",
+            Self::Isph(Isph { scheme: Scheme::Projection, .. }) => "isph.spacing",
+            Self::Isph(Isph { scheme: Scheme::ThreeStep(_), .. }) => "sph.spacing",
         }
     }
 }
@@ -360,6 +393,28 @@ pub struct Isph {
     pub strain_convention: StrainConvention,
     /// Largest apparent viscosity in Pa s; chosen by the solver if absent.
     pub largest_viscosity: Option<f64>,
+    /// Longest step in s; chosen by the solver if absent.
+    pub time_step: Option<f64>,
+    /// How a step goes.
+    pub scheme: Scheme,
+}
+
+/// A scheme of incompressible smoothed particle hydrodynamics.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scheme {
+    /// Cummins and Rudman's projection, as Wu (2016) takes it.
+    Projection,
+    /// Hosseini's three steps, with wall particles.
+    ThreeStep(PressureStep),
+}
+
+/// How the three steps come to their pressure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PressureStep {
+    /// From all equations at once.
+    Solve,
+    /// From the pressures of the step before, by each equation for itself: steps must be short.
+    Sweep,
 }
 
 /// How the viscous part of a step is taken.
@@ -633,6 +688,17 @@ impl Case {
         !self.groups.is_empty() || !self.inclusions.is_empty() || self.incoming().next().is_some()
     }
 
+    /// The box around the fluid that there is at the start, as its two corners in m; inside out if there is none.
+    pub fn fluid_box(&self) -> (DVec3, DVec3) {
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for region in &self.fluid {
+            let (min, max) = region.shape.bounds();
+            low = low.min(min.max(self.domain.min));
+            high = high.max(max.min(self.domain.max));
+        }
+        (low, high)
+    }
+
     /// The structure of fluid for which `own` is given or nothing; none if the fluid is not thixotropic.
     pub fn structure(&self, own: Option<f64>) -> Option<f64> {
         self.material.thixotropy.map(|_| own.unwrap_or(self.material.structure))
@@ -648,7 +714,21 @@ impl Case {
         !self.outlets.is_empty() || self.domain.sides.contains(&Side::Open)
     }
 
-    /// Whether a solid still moves in the domain at a time in s, or has yet to come into it.
+    /// What moves a solid under a load, if it is one, and which: its number, the direction of its way, the force in N along it, weight included, and the mass in kg, of the part in the domain.
+    pub fn loaded(&self) -> Option<Loaded> {
+        let (solid, load) = self.solids.iter().enumerate().find_map(|(n, solid)| Some((n, solid.load?)))?;
+        let direction = load.force.normalize_or_zero();
+        let mirrors = |axis: usize| {
+            let of_axis = &self.domain.sides[2 * axis..2 * axis + 2];
+            of_axis.iter().filter(|side| direction[axis] == 0.0 && **side == Side::Symmetry).count() as i32
+        };
+        let share = 0.5f64.powi((0..3).map(mirrors).sum());
+        let mass = share * load.mass;
+        let force = share * load.force.length() + mass * self.domain.gravity.dot(direction);
+        Some(Loaded { solid, direction, force, mass })
+    }
+
+    /// Whether a solid still moves in the domain at a time in s, or has yet to come into it, by a motion that is prescribed: one under a load rests with the fluid.
     pub fn solids_move(&self, time: f64) -> bool {
         self.solids.iter().any(|solid| {
             let (min, max) = solid.swept(time, self.stop.time.max(time));

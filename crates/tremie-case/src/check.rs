@@ -5,7 +5,7 @@ use tremie_numerics::DVec3;
 use tremie_rheology::{FlowCurve, Regularisation};
 
 use crate::case::{
-    AboveFill, Cage, Case, Collision, Course, Domain, FluidRegion, Inlet, Lattice, Lbm, Method,
+    AboveFill, Cage, Case, Collision, Course, Domain, FluidRegion, Inlet, Lattice, Lbm, Load, Method,
     PressureGauge, Side, Solid, Stepping, Surface,
 };
 use crate::document::Document;
@@ -214,7 +214,7 @@ fn particles(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
     ];
     if let Some((key, what, _)) = unknown.into_iter().find(|(.., present)| *present) {
         let place = document.locate(key);
-        let problem = format!("the method `isph` does not know {what}");
+        let problem = format!("the method `{}` does not know {what}", case.method.name());
         return Err(Fault::new(place, problem, "leave this out, or write method = \"lbm\"")
             .related(document.find("method"), "the method"));
     }
@@ -227,7 +227,7 @@ fn particles(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
         (None, Some(solid)) => format!("{}.surface", solid_path(solid, document)),
         (None, None) => return Ok(()),
     };
-    let problem = "the method `isph` knows no walls with a film";
+    let problem = format!("the method `{}` knows no walls with a film", case.method.name());
     let advice = "write \"no_slip\", \"free_slip\" or a slip length, or method = \"lbm\"";
     Err(Fault::new(document.locate(&place), problem, advice))
 }
@@ -528,8 +528,34 @@ fn solid(solid: &Solid, path: &str, case: &Case, document: &Document<'_>) -> Res
         parts(&solid.body, path, case, document)?;
     }
     forwards(&solid.motion, path, document)?;
+    if let Some(load) = &solid.load {
+        self::load(load, path, case, document)?;
+    }
     let problem = "this solid lies outside the domain from the start to the end of the run";
     meets(solid.swept(0.0, case.stop.time), &case.domain, problem, path, document)
+}
+
+/// A load acts along an axis, on one solid only, and the method can move it.
+fn load(load: &Load, path: &str, case: &Case, document: &Document<'_>) -> Result<(), Fault> {
+    let place = document.locate(&format!("{path}.motion.load"));
+    let axes = load.force.to_array().iter().filter(|component| **component != 0.0).count();
+    if axes != 1 {
+        let place = document.locate(&format!("{path}.motion.load.force"));
+        let problem = if axes == 0 { "there is no force" } else { "the force is not along an axis" };
+        return Err(Fault::new(
+            place,
+            problem,
+            "write one component that is not zero: [\"0 N\", \"0 N\", \"-10 N\"]",
+        ));
+    }
+    if case.solids.iter().filter(|solid| solid.load.is_some()).count() > 1 {
+        return Err(Fault::new(
+            place,
+            "more than one solid is moved by a load",
+            "prescribe the motion of all but one",
+        ));
+    }
+    Ok(())
 }
 
 /// A cage has a volume in the domain, and its bars go somewhere.

@@ -16,9 +16,9 @@ use tremie_suspension::Inclusions;
 use crate::bars;
 use crate::case::{
     AboveFill, Cage, Case, Collision, Course, Domain, FillingGauge, FluidRegion, FrontGauge, Gauges, Inlet,
-    Isph, Lattice, Layer, Lbm, LevelGauge, LightGauge, Material, Method, Outlet, Output, Precision, Preset,
-    PressureGauge, Rest, Role, Side, Solid, SpreadGauge, Stepping, Stop, StrainConvention, StressStep,
-    Surface,
+    Isph, Lattice, Layer, Lbm, LevelGauge, LightGauge, Load, Material, Method, Outlet, Output, Precision,
+    Preset, PressureGauge, PressureStep, Rest, Role, Scheme, Side, Solid, SpreadGauge, Stepping, Stop,
+    StrainConvention, StressStep, Surface,
 };
 use crate::describe::object;
 use crate::document::{
@@ -42,6 +42,7 @@ const SPEED: Quantity = quantity(Dimension::SPEED, Bound::Positive, "1 mm/s");
 const TIME: Quantity = quantity(Dimension::TIME, Bound::Positive, "1 s");
 const POINT: Vector<3> = Vector(COORDINATE);
 const MOTION: Vector<3> = Vector(quantity(Dimension::SPEED, Bound::Any, "0 m/s"));
+const FORCE_VECTOR: Vector<3> = Vector(quantity(Dimension::FORCE, Bound::Any, "0 N"));
 const VISCOSITY: Quantity = quantity(Dimension::VISCOSITY, Bound::Positive, "30 Pa s");
 
 /// Reads the document; what is wrong only in combination is left to `check`.
@@ -1026,8 +1027,8 @@ const NAME: Maybe<Name> = maybe(
 );
 
 const SOLID: Section<Solid> = {
-    const MOTION_KEY: Maybe<Section<Motion>> =
-        maybe("motion", "how it moves; it rests if this is absent", MOTIONS);
+    const MOTION_KEY: Maybe<Section<Moved>> =
+        maybe("motion", "how it moves, or what moves it; it rests if this is absent", SOLID_MOTIONS);
     const SURFACE_KEY: Maybe<WordOr<Surface>> = maybe(
         "surface",
         "what its surface does to the fluid; free_slip for a cone_shell if absent, no_slip for all others",
@@ -1045,7 +1046,12 @@ const SOLID: Section<Solid> = {
             };
             let surface = t.maybe(&SURFACE_KEY)?.unwrap_or(usual);
             let name = t.maybe(&NAME)?.unwrap_or_default();
-            Ok(Solid { name, body, motion: t.maybe(&MOTION_KEY)?.unwrap_or(Motion::REST), surface })
+            let (motion, load) = match t.maybe(&MOTION_KEY)? {
+                None => (Motion::REST, None),
+                Some(Moved::Prescribed(motion)) => (motion, None),
+                Some(Moved::ByLoad(load)) => (Motion::REST, Some(load)),
+            };
+            Ok(Solid { name, body, motion, load, surface })
         },
     }
 };
@@ -1104,6 +1110,7 @@ const BARS: Section<Solid> = Section {
             name: t.maybe(&NAME)?.unwrap_or_default(),
             body: t.one_of(&BAR_SOURCES)?,
             motion: Motion::REST,
+            load: None,
             surface: Surface::NoSlip,
         })
     },
@@ -1264,6 +1271,55 @@ const MOTIONS: Section<Motion> = Section {
     read: |t| t.one_of(&MOTION_KINDS),
 };
 
+/// How a solid comes to move.
+enum Moved {
+    Prescribed(Motion),
+    ByLoad(Load),
+}
+
+const SOLID_MOTIONS: Section<Moved> = Section {
+    keys: &[&SOLID_MOTION_KINDS],
+    example: &["uniform = { velocity = [\"0 m/s\", \"0 m/s\", \"0.15 m/s\"] }"],
+    read: |t| t.one_of(&SOLID_MOTION_KINDS),
+};
+
+const SOLID_MOTION_KINDS: Variants<Moved> = {
+    const PRESCRIBED_UNIFORM: Section<Moved> = Section {
+        keys: UNIFORM.keys,
+        example: UNIFORM.example,
+        read: |t| Ok(Moved::Prescribed((UNIFORM.read)(t)?)),
+    };
+    const PRESCRIBED_PATH: Section<Moved> =
+        Section { keys: PATH.keys, example: PATH.example, read: |t| Ok(Moved::Prescribed((PATH.read)(t)?)) };
+    const LOAD: Section<Moved> = {
+        const FORCE: Need<Vector<3>> =
+            need("force", "the force, along an axis: the solid goes along it, without turning", FORCE_VECTOR);
+        const MASS: Or<Quantity> = or(
+            "mass",
+            "\"0 kg\"",
+            "mass of the solid, whose weight acts besides; without any it is as fast as lets the fluid bear the load",
+            quantity(Dimension::MASS, Bound::NotNegative, "2 kg"),
+        );
+        Section {
+            keys: &[&FORCE, &MASS],
+            example: &["force = [\"0 N\", \"0 N\", \"-10 N\"]"],
+            read: |t| Ok(Moved::ByLoad(Load { force: t.need(&FORCE)?.into(), mass: t.or(&MASS)? })),
+        }
+    };
+    Variants {
+        what: "motion",
+        sections: &[
+            ("uniform", "motion: always with the same velocity", PRESCRIBED_UNIFORM),
+            (
+                "path",
+                "motion: straight from point to point, at rest before the first and after the last",
+                PRESCRIBED_PATH,
+            ),
+            ("load", "motion: moved by a force against what the fluid does", LOAD),
+        ],
+    }
+};
+
 const MOTION_KINDS: Variants<Motion> = Variants {
     what: "motion",
     sections: &[
@@ -1308,19 +1364,23 @@ const METHOD: Switch<Method> = Switch {
     sections: &[
         ("lbm", "free-surface lattice Boltzmann", LBM),
         ("isph", "incompressible smoothed particle hydrodynamics", ISPH),
+        ("sph", "smoothed particle hydrodynamics in three steps, with wall particles", SPH),
     ],
 };
 
-const ISPH: Section<Method> = {
-    const SPACING: Need<Quantity> =
+/// Keys of both schemes of particles.
+mod particles {
+    use super::*;
+
+    pub(super) const SPACING: Need<Quantity> =
         need("spacing", "distance of particles", quantity(Dimension::LENGTH, Bound::Positive, "5 mm"));
-    const COURANT: Or<Quantity> = or(
+    pub(super) const COURANT: Or<Quantity> = or(
         "courant",
         "0.25",
         "limit of the time step: how far a particle may go in it, over the smoothing length",
         quantity(Dimension::NUMBER, Bound::UpTo(0.5), "0.25"),
     );
-    const STRESS: Or<Choice<StressStep>> = or(
+    pub(super) const STRESS: Or<Choice<StressStep>> = or(
         "stress",
         "\"implicit\"",
         "how the viscous part of a step is taken",
@@ -1337,6 +1397,20 @@ const ISPH: Section<Method> = {
             ),
         ]),
     );
+    pub(super) const LARGEST: Maybe<Quantity> = maybe(
+        "largest_viscosity",
+        "apparent viscosity of fluid that has not yielded; if absent, so large that it creeps by 1 % until the stop time under half of its yield stress",
+        quantity(Dimension::VISCOSITY, Bound::Positive, "50 kPa s"),
+    );
+    pub(super) const TIME_STEP: Maybe<Quantity> = maybe(
+        "time_step",
+        "longest step; as long as speeds and gauges allow if absent",
+        quantity(Dimension::TIME, Bound::Positive, "1 ms"),
+    );
+}
+
+const ISPH: Section<Method> = {
+    use particles::{COURANT, LARGEST, SPACING, STRESS, TIME_STEP};
     const CONVENTION: Or<Choice<StrainConvention>> = or(
         "strain_convention",
         "\"standard\"",
@@ -1350,13 +1424,8 @@ const ISPH: Section<Method> = {
             ),
         ]),
     );
-    const LARGEST: Maybe<Quantity> = maybe(
-        "largest_viscosity",
-        "apparent viscosity of fluid that has not yielded; if absent, so large that it creeps by 1 % until the stop time under half of its yield stress",
-        quantity(Dimension::VISCOSITY, Bound::Positive, "50 kPa s"),
-    );
     Section {
-        keys: &[&SPACING, &COURANT, &STRESS, &CONVENTION, &LARGEST],
+        keys: &[&SPACING, &COURANT, &STRESS, &CONVENTION, &LARGEST, &TIME_STEP],
         example: &["spacing = \"5 mm\""],
         read: |t| {
             let (.., stress) = t.or(&STRESS)?;
@@ -1367,6 +1436,42 @@ const ISPH: Section<Method> = {
                 stress: *stress,
                 strain_convention: *strain_convention,
                 largest_viscosity: t.maybe(&LARGEST)?,
+                time_step: t.maybe(&TIME_STEP)?,
+                scheme: Scheme::Projection,
+            }))
+        },
+    }
+};
+
+const SPH: Section<Method> = {
+    use particles::{COURANT, LARGEST, SPACING, STRESS, TIME_STEP};
+    const PRESSURE: Or<Choice<PressureStep>> = or(
+        "pressure",
+        "\"solve\"",
+        "how the pressure of a step is found",
+        Choice(&[
+            ("solve", "from all equations at once", PressureStep::Solve),
+            (
+                "sweep",
+                "by each equation from the pressures of the step before, as the paper has it; with stress = \"explicit\"",
+                PressureStep::Sweep,
+            ),
+        ]),
+    );
+    Section {
+        keys: &[&SPACING, &COURANT, &STRESS, &PRESSURE, &LARGEST, &TIME_STEP],
+        example: &["spacing = \"5 mm\""],
+        read: |t| {
+            let (.., stress) = t.or(&STRESS)?;
+            let (.., pressure) = t.or(&PRESSURE)?;
+            Ok(Method::Isph(Isph {
+                spacing: t.need(&SPACING)?,
+                courant: t.or(&COURANT)?,
+                stress: *stress,
+                strain_convention: StrainConvention::Standard,
+                largest_viscosity: t.maybe(&LARGEST)?,
+                time_step: t.maybe(&TIME_STEP)?,
+                scheme: Scheme::ThreeStep(*pressure),
             }))
         },
     }

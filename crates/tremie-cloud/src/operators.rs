@@ -111,8 +111,14 @@ impl<'a> Gradients<'a> {
 
     /// du_i/dx_j at a node, j counting columns; zero where it cannot be told.
     pub fn velocity_gradient(&self, node: usize, u: &[DVec3]) -> DMat3 {
+        self.velocity_gradient_of(node, |j| u[j])
+    }
+
+    /// The same of velocities as this node sees them, its own among them.
+    pub fn velocity_gradient_of(&self, node: usize, u: impl Fn(usize) -> DVec3) -> DMat3 {
         let Some(b) = self.inverses[node] else { return DMat3::ZERO };
-        let sum = self.around(node).fold(DMat3::ZERO, |sum, (j, x, g)| sum + outer(g * (u[j] - u[node]), x));
+        let own = u(node);
+        let sum = self.around(node).fold(DMat3::ZERO, |sum, (j, x, g)| sum + outer(g * (u(j) - own), x));
         // B is symmetric.
         sum * b
     }

@@ -1,4 +1,4 @@
-//! Motion that is prescribed: where a body is at a time, whatever the fluid does.
+//! Motion: where a body is at a time. As a rule it is prescribed, whatever the fluid does; where forces decide, it is known a step at a time.
 
 use tremie_numerics::DVec3;
 
@@ -7,6 +7,8 @@ use tremie_numerics::DVec3;
 pub enum Motion {
     /// Always with the same velocity in m/s, from time zero on.
     Uniform(DVec3),
+    /// Through a point, always with the same velocity in m/s, before it and after.
+    Through(Waypoint, DVec3),
     /// From point to point, straight and evenly; at rest before the first and after the last. At least one point.
     Path(Vec<Waypoint>),
 }
@@ -28,6 +30,7 @@ impl Motion {
     pub fn offset(&self, time: f64) -> DVec3 {
         match self {
             Self::Uniform(velocity) => *velocity * time,
+            Self::Through(point, velocity) => point.offset + (time - point.time) * *velocity,
             Self::Path(points) => {
                 let next = points.partition_point(|point| point.time <= time);
                 match (next.checked_sub(1).map(|n| points[n]), points.get(next)) {
@@ -56,7 +59,7 @@ impl Motion {
     /// Largest speed in m/s from the time `time` in s on.
     pub fn largest_speed(&self, time: f64) -> f64 {
         match self {
-            Self::Uniform(velocity) => velocity.length(),
+            Self::Uniform(velocity) | Self::Through(_, velocity) => velocity.length(),
             Self::Path(points) => points
                 .windows(2)
                 .filter(|ends| ends[1].time > time)
@@ -83,5 +86,10 @@ mod tests {
         let steady = Motion::Uniform(DVec3::new(0.0, 0.0, 0.15));
         assert_eq!((steady.offset(2.0).z, steady.largest_speed(7.0)), (0.3, 0.15));
         assert_eq!(Motion::REST.offset(5.0), DVec3::ZERO);
+        let passing = Motion::Through(point(1.0, 0.5), DVec3::X);
+        assert_eq!(
+            (passing.offset(0.0).x, passing.offset(3.0).x, passing.largest_speed(9.0)),
+            (-0.5, 2.5, 1.0)
+        );
     }
 }

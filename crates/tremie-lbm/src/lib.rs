@@ -34,6 +34,7 @@ mod outlet;
 mod passage;
 mod plan;
 mod plane;
+mod plate;
 mod processor;
 mod real;
 mod relaxation;

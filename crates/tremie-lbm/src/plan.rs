@@ -106,7 +106,7 @@ impl Plan {
         let gravity = confined.length();
         let height = fluid_height(case, confined.normalize_or_zero());
 
-        let (low, high) = fluid_box(case);
+        let (low, high) = case.fluid_box();
         let fall = (high - low).dot(confined.normalize_or_zero().abs());
         // Without fluid at the start there is no box.
         let mut speed = if fall > 0.0 { (2.0 * gravity * fall).sqrt() } else { 0.0 };
@@ -120,6 +120,10 @@ impl Plan {
         }
         for solid in &case.solids {
             speed = speed.max(solid.motion.largest_speed(0.0));
+        }
+        if let Some(loaded) = case.loaded() {
+            speed = speed
+                .max(loaded.speed(density * fluid_volume(case), (high - low).dot(loaded.direction.abs())));
         }
         speed = speed.max(inflow_speed(case, 0.0)).max(channel_speed(case, viscosity / density));
 
@@ -166,7 +170,7 @@ impl Plan {
 
 /// Extent in m of the fluid along a direction.
 fn fluid_height(case: &Case, direction: DVec3) -> f64 {
-    let (mut low, mut high) = fluid_box(case);
+    let (mut low, mut high) = case.fluid_box();
     for inlet in &case.inlets {
         // What comes in falls to the end of the domain, and may rise to where it comes in.
         let end = DVec3::select(direction.cmpgt(DVec3::ZERO), case.domain.max, case.domain.min);
@@ -192,7 +196,7 @@ pub(crate) fn inflow_speed(case: &Case, time: f64) -> f64 {
     let turns = case.inlets.iter().flat_map(|inlet| {
         let points = match &inlet.motion {
             Motion::Path(points) => points.as_slice(),
-            Motion::Uniform(_) => &[],
+            Motion::Uniform(_) | Motion::Through(..) => &[],
         };
         points.iter().map(|point| point.time).chain([inlet.start, inlet.end()])
     });
@@ -234,24 +238,13 @@ fn inflow_of(case: &Case, inlet: &Inlet, time: f64) -> f64 {
     inlet.flow_rate * (inlet.end().min(time) - inlet.start).max(0.0) * share
 }
 
-/// Corners in m of the smallest box around the fluid within the domain.
-fn fluid_box(case: &Case) -> (DVec3, DVec3) {
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for region in &case.fluid {
-        let (min, max) = region.shape.bounds();
-        low = low.min(min.max(case.domain.min));
-        high = high.max(max.min(case.domain.max));
-    }
-    (low, high)
-}
-
 /// Volume of the fluid within the domain in m3, sampled on a coarse grid.
 fn fluid_volume(case: &Case) -> f64 {
     const SAMPLES: usize = 60;
     if case.fluid.is_empty() {
         return 0.0;
     }
-    let (low, high) = fluid_box(case);
+    let (low, high) = case.fluid_box();
     let size = high - low;
     let mut inside = 0usize;
     for n in 0..SAMPLES.pow(3) {

@@ -88,7 +88,7 @@ impl<T: Real> Grid<T> {
                 [from, to] => Some([[from.time, from.offset.z], [to.time, to.offset.z]]),
                 _ => None,
             },
-            Motion::Uniform(_) => None,
+            Motion::Uniform(_) | Motion::Through(..) => None,
         };
         following.map(|inlet| rise(&inlet.inlet.motion)).collect()
     }

@@ -2,6 +2,7 @@
 
 use bytemuck::cast_slice;
 use tremie_case::{Case, Inlet, Precision, Side, Stepping, Surface};
+use tremie_numerics::DVec3;
 use tremie_output::state::{Array, State};
 use tremie_simulation::{Breakdown, Load, RestoreError, Simulation, Snapshot};
 use tremie_suspension::Suspension;
@@ -21,6 +22,7 @@ use crate::lattice::Q;
 use crate::outlet::{Amount, outlets};
 use crate::passage::Passage;
 use crate::plan::{Plan, confined_gravity, inflow_speed, settings};
+use crate::plate::Plate;
 use crate::real::Real;
 use crate::rows::Rows;
 use crate::scaling::{Limits, Scaling};
@@ -86,6 +88,8 @@ pub struct LatticeBoltzmann<T: Real> {
     pub(crate) passage: Passage,
     /// How fibres lie that are too many to be bodies.
     pub(crate) fibres: Option<FibreField>,
+    /// The solid that a load moves.
+    pub(crate) plate: Option<Plate>,
     /// What has come in, by inlet.
     pub(crate) inflow: Vec<Inflow>,
     /// Mass at the start, or when the time step last changed, with what has come in and left since, which rounding is held against.
@@ -163,6 +167,7 @@ impl<T: Real> LatticeBoltzmann<T> {
             suspension,
             passage: passage.unwrap_or_default(),
             fibres: FibreField::new(case),
+            plate: Plate::new(case),
             inflow: vec![Inflow::default(); case.inlets.len()],
             mass: 0.0,
             volume: 0.0,
@@ -246,6 +251,15 @@ impl<T: Real> LatticeBoltzmann<T> {
             passage.drain(inclusions, grid);
             passage.let_in(inclusions, grid, scaling, self.time, case, &self.inflow);
         }
+    }
+
+    /// Lets the load move its solid through the coming step, as fast as the fluid lets it.
+    fn drive(&mut self) {
+        let Some(plate) = &mut self.plate else { return };
+        plate.accelerate(&self.grid, &self.rows, &self.scaling);
+        self.grid.solids.send(plate.loaded.solid, plate.motion(self.time));
+        self.grid.solids.place(self.time, &self.scaling);
+        plate.way += plate.speed * self.scaling.time_step;
     }
 
     /// Gives the fluid what it carries at the start.
@@ -359,7 +373,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         if missing != 0.0 && self.grid.spread_mass(missing) {
             self.ledger.waiting = 0.0;
         }
-        if !self.case.inlets.is_empty() {
+        if !self.case.inlets.is_empty() || self.plate.is_some() {
             self.keep_volume();
         }
     }
@@ -388,7 +402,9 @@ impl<T: Real> LatticeBoltzmann<T> {
             hydrostatic_error: lbm.hydrostatic_error,
         };
         let gravity = confined_gravity(&self.case);
-        let axis = gravity.abs().max_position();
+        // What a load presses flows as if it fell.
+        let pressed = self.plate.map_or(DVec3::ZERO, |plate| plate.acceleration(self.mass()));
+        let (axis, falling) = ((gravity + pressed).abs().max_position(), (gravity + pressed).length());
         let (gravity, height) = (gravity.length(), self.grid.height(axis) as f64 * self.scaling.cell_size);
         let look = Look {
             time: self.time,
@@ -397,9 +413,10 @@ impl<T: Real> LatticeBoltzmann<T> {
                 .common_speed(self.fluid.gravity())
                 .max(self.scaling.velocity(self.solid_speed()))
                 .max(self.scaling.velocity(inflow_speed(&self.case, self.time))),
-            hydrostatic_error: self.scaling.hydrostatic_error(gravity, height),
+            hydrostatic_error: self.scaling.hydrostatic_error(gravity, height)
+                + 3.0 * self.plate.map_or(0.0, |plate| plate.pressure),
             viscosity: self.scaling.viscosity(self.case.material.curve.plastic_viscosity()),
-            fall: (2.0 * height / gravity).sqrt(),
+            fall: (2.0 * height / falling).sqrt(),
         };
         self.watch.change(&look, self.scaling.velocity_unit(), &limits)
     }
@@ -415,6 +432,7 @@ impl<T: Real> LatticeBoltzmann<T> {
         self.fluid = fluid(&self.case, &self.scaling);
         self.grid.topology = topology(&self.case, &self.scaling);
         self.grid.cages.rescale(&self.scaling);
+        self.grid.solids.rescale(&self.scaling);
         self.grid.reweigh();
     }
 
@@ -515,6 +533,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             self.grid.even_stores(&self.rows);
         }
         self.carry_bodies();
+        self.drive();
         self.fluid.step(&mut self.grid, &self.rows, change.map(T::from_f64), &mut self.findings);
         self.pass();
         self.time += self.scaling.time_step;
@@ -614,6 +633,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
             "drained": std::iter::once(&self.ledger.drained).chain(&self.ledger.drained_of)
                 .map(|out| [out.mass, out.volume]).collect::<Vec<_>>(),
             "rises": self.grid.rises(),
+            "plate": self.plate.map(|plate| [plate.way, plate.speed]),
             "inflow": self.inflow.iter().map(|inflow| [inflow.whole, inflow.volume]).collect::<Vec<_>>(),
             "bodies": self.suspension.as_ref().map(|suspension| self.passage.counts(&suspension.inclusions)),
         });
@@ -712,6 +732,12 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
         self.grid = grid;
         self.grid.topology = topology(&self.case, &self.scaling);
         self.grid.cages.rescale(&self.scaling);
+        self.grid.solids.rescale(&self.scaling);
+        if let Some(plate) = &mut self.plate {
+            [plate.way, plate.speed] =
+                serde_json::from_value(state.header["plate"].clone()).map_err(|_| missing("plate"))?;
+            self.grid.solids.send(plate.loaded.solid, plate.motion(time));
+        }
         self.rows.clear();
         self.findings.clear();
         self.arrange();

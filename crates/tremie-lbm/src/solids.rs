@@ -131,11 +131,18 @@ impl Solids {
         };
         let plates = case.inlets.iter().map(|inlet| {
             let (_, body) = plate(inlet.face, size);
-            let plate =
-                Solid { name: String::new(), body, motion: inlet.motion.clone(), surface: Surface::NoSlip };
+            let plate = Solid {
+                name: String::new(),
+                body,
+                motion: inlet.motion.clone(),
+                load: None,
+                surface: Surface::NoSlip,
+            };
             (plate, inlet.face.bounds(THICKNESS * size), inlet.above_fill.map(|above| above.speed))
         });
-        let solids = case.solids.iter().map(|solid| (solid.clone(), solid.body.bounds(), None));
+        // What a load moves goes a cell in a step at most.
+        let fastest = |solid: &Solid| solid.load.map(|_| scaling.velocity_unit());
+        let solids = case.solids.iter().map(|solid| (solid.clone(), solid.body.bounds(), fastest(solid)));
         Self {
             bodies: solids.chain(plates).map(place).collect(),
             plates: case.solids.len(),
@@ -152,6 +159,11 @@ impl Solids {
         self.bodies.len()
     }
 
+    /// How far in m each is from where it is drawn.
+    pub(crate) fn moved(&self) -> impl Iterator<Item = DVec3> {
+        self.bodies.iter().map(|body| body.offset)
+    }
+
     /// Whether there are any.
     pub(crate) fn any(&self) -> bool {
         !self.bodies.is_empty()
@@ -159,7 +171,20 @@ impl Solids {
 
     /// Lets the plate of the inlet number `n` go another way from now on, on which it is where it is.
     pub(crate) fn redirect(&mut self, n: usize, motion: Motion) {
-        self.bodies[self.plates + n].solid.motion = motion;
+        self.send(self.plates + n, motion);
+    }
+
+    /// Lets the solid number `n` go another way from now on, on which it is where it is.
+    pub(crate) fn send(&mut self, n: usize, motion: Motion) {
+        self.bodies[n].solid.motion = motion;
+    }
+
+    /// Takes another length of the time step into use.
+    pub(crate) fn rescale(&mut self, scaling: &Scaling) {
+        for body in self.bodies.iter_mut().filter(|body| body.solid.load.is_some()) {
+            body.follows = Some(scaling.velocity_unit());
+            self.until.fill([f64::NEG_INFINITY; ROWS]);
+        }
     }
 
     /// Puts the solids where they are at a time in s, with the velocities that take them on in a step.
@@ -179,7 +204,12 @@ impl Solids {
             let (min, max) = body.solid.swept(time, end);
             min.cmplt(upper).all() && max.cmpgt(self.corner).all()
         };
-        self.bodies.iter().filter(ahead).map(|body| body.largest_speed(time)).fold(0.0, f64::max)
+        // What a load moves is as fast as it is; `follows` is only a bound.
+        let speed = |body: &Placed| match body.solid.load {
+            Some(_) => body.solid.motion.largest_speed(time),
+            None => body.largest_speed(time),
+        };
+        self.bodies.iter().filter(ahead).map(speed).fold(0.0, f64::max)
     }
 
     /// Edge of a cell in m.

@@ -61,6 +61,7 @@ impl<T: Real> LatticeBoltzmann<T> {
             fluid: Fluid::Cells(cells),
             inclusions: inclusions.unwrap_or_default(),
             solids,
+            moved: self.grid.solids.moved().take(self.case.solids.len()).collect(),
             cages,
             walls,
             inflow,

@@ -132,6 +132,7 @@ mod tests {
             lights: Vec::new(),
             pressures: Vec::new(),
             solids: Vec::new(),
+            travel: None,
             inflow: Vec::new(),
             outflow: None,
             batches_out: Vec::new(),

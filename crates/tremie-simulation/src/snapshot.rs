@@ -15,6 +15,8 @@ pub struct Snapshot {
     pub inclusions: Inclusions,
     /// What the fluid does to each solid of the case, within the domain.
     pub solids: Vec<SolidLoad>,
+    /// How far in m each solid of the case is from where it is drawn; empty where a method does not tell.
+    pub moved: Vec<DVec3>,
     /// What it does to the bars of each cage of the case, within the domain.
     pub cages: Vec<SolidLoad>,
     /// What it does to the sides of the domain and to inlets, and to each piece of wall.

@@ -155,6 +155,7 @@ mod tests {
                 "gate".to_owned(),
                 SolidLoad { force: DVec3::new(1.0, 2.0, 3.0), moment: DVec3::new(0.1, 0.2, 0.3) },
             )],
+            travel: Some(("plate".into(), 0.012)),
             inflow: vec![2e-3, 0.0],
             outflow: Some(1e-3),
             batches_out: vec![4e-4, 6e-4],

@@ -23,12 +23,16 @@
 
 mod particles;
 mod plan;
+mod plate;
 mod pressure;
 mod setup;
 mod simulation;
+mod three_steps;
 mod viscosity;
 
 pub use particles::{Fluid, Particles, Stepping};
 pub use plan::plan;
+pub use plate::Plate;
 pub use simulation::simulation;
+pub use three_steps::PressureStep;
 pub use tremie_cloud::{Space, Wall};

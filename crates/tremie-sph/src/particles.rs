@@ -14,10 +14,12 @@
 //! leap-frogging. The velocities become those of the fluid at x'.
 
 use tremie_cloud::{Dimension, Failure, Follower, Gradients, Source, Space, Surroundings, reorder};
-use tremie_numerics::DVec3;
+use tremie_numerics::{DMat3, DVec3};
 use tremie_rheology::FlowCurve;
 
+use crate::plate::Plate;
 use crate::pressure::{self, Poisson};
+use crate::three_steps::{PressureStep, WallParticle, wall_particles};
 use crate::viscosity::System;
 
 /// What flows.
@@ -84,6 +86,11 @@ pub struct Particles {
     pub pressures: Vec<f64>,
     /// Shear rates in 1/s.
     pub shear_rates: Vec<f64>,
+    /// What a load moves, if it moves any of the walls.
+    pub(crate) plate: Option<Plate>,
+    /// How pressures are found, if steps are taken in three, and the particles of walls that these need.
+    pub(crate) three: Option<PressureStep>,
+    pub(crate) walls: Vec<WallParticle>,
     /// Iterations of the last step: of the viscous part and of the pressure.
     pub iterations: [usize; 2],
 }
@@ -101,8 +108,17 @@ impl Particles {
             velocities: vec![DVec3::ZERO; number],
             pressures: vec![0.0; number],
             shear_rates: vec![0.0; number],
+            plate: None,
+            three: None,
+            walls: Vec::new(),
             iterations: [0; 2],
         }
+    }
+
+    /// The same in three steps (module `three_steps`).
+    #[must_use]
+    pub fn in_three_steps(self, pressure: PressureStep) -> Self {
+        Self { three: Some(pressure), walls: wall_particles(&self.space), ..self }
     }
 
     /// Time in s.
@@ -136,6 +152,8 @@ impl Particles {
             let stiffest =
                 self.shear_rates.iter().map(|rate| self.fluid.viscosity(*rate)).fold(0.0, f64::max);
             step = step.min(self.explicit_limit(stiffest));
+        } else if self.three.is_some() {
+            step = step.min(self.explicit_limit(self.fluid.curve.plastic_viscosity()));
         }
         (step, past)
     }
@@ -174,10 +192,14 @@ impl Particles {
         velocities: Vec<DVec3>,
         pressures: Vec<f64>,
         shear_rates: Vec<f64>,
+        plate: Option<Plate>,
     ) {
         self.time = time;
         (self.positions, self.velocities) = (positions, velocities);
         (self.pressures, self.shear_rates) = (pressures, shear_rates);
+        if let Some(plate) = plate {
+            self.set_plate(plate);
+        }
     }
 
     /// Goes on by a step.
@@ -186,11 +208,21 @@ impl Particles {
     /// If one of the linear systems cannot be solved.
     pub fn advance(&mut self) -> Result<(), Failure> {
         // All of it by the threads that share the work, or each piece would wait to be handed over.
-        rayon::scope(|_| self.step())
+        rayon::scope(|_| {
+            let (step, past) = self.pace();
+            match self.plate {
+                Some(plate) => self.balance(plate, step, &past),
+                None => self.go_on(step, &past),
+            }
+        })
     }
 
-    fn step(&mut self) -> Result<(), Failure> {
-        let ((step, past), fluid, space) = (self.pace(), self.fluid, &self.space);
+    /// Goes on by a step in s, in which particles go so fast in m/s `past` others.
+    pub(crate) fn go_on(&mut self, step: f64, past: &[f64]) -> Result<(), Failure> {
+        if let Some(pressure) = self.three {
+            return self.three_steps(step, pressure);
+        }
+        let (fluid, space) = (self.fluid, &self.space);
         if self.time == 0.0 {
             let start = Surroundings::new(&self.positions, space, self.time, step);
             self.pressures = Poisson::new(&start, &fluid).at_rest()?;
@@ -234,18 +266,18 @@ impl Particles {
         for (u, (new, old)) in velocities.iter_mut().zip(pushes.iter().zip(&pushed)) {
             *u -= step / fluid.density * (*new - *old);
         }
-        let spread = poisson.spread(&past, step)?;
+        let spread = poisson.spread(past, step)?;
         let places: Vec<DVec3> = go(0.5, &velocities).iter().zip(spread).map(|(at, way)| *at + way).collect();
         self.iterations = [diffusion, projection];
         (self.velocities, self.pressures) = (velocities, pressures);
-        self.arrange(&after, &poisson, &places, &past, step);
+        self.arrange(&after, &poisson, &places, past, step);
         self.keep_out(step);
         self.time += step;
         Ok(())
     }
 
     /// Keeps particles a little off the walls where they are after a step in s, and from going there.
-    fn keep_out(&mut self, step: f64) {
+    pub(crate) fn keep_out(&mut self, step: f64) {
         let least = CLOSEST * self.space.spacing;
         let standing = self.space.standing(self.time + step);
         let walls: Vec<_> = self.space.walls.iter().map(|wall| wall.velocity(self.time, step)).collect();
@@ -306,9 +338,11 @@ pub(crate) fn longest_fall(length: f64, gravity: DVec3) -> f64 {
 /// Shear rates sqrt(2 E:E) in 1/s of velocities in m/s.
 pub(crate) fn shear_rates(around: &Surroundings, gradients: &Gradients, velocities: &[DVec3]) -> Vec<f64> {
     let all = around.velocities(velocities);
-    around.each(|a| {
-        let l = gradients.velocity_gradient(a, &all);
-        let e = 0.5 * (l + l.transpose());
-        (2.0 * e.to_cols_array().into_iter().map(|x| x * x).sum::<f64>()).sqrt()
-    })
+    around.each(|a| norm_of_strain(gradients.velocity_gradient(a, &all)))
+}
+
+/// The shear rate sqrt(2 E:E) in 1/s of a velocity gradient.
+pub(crate) fn norm_of_strain(l: DMat3) -> f64 {
+    let e = 0.5 * (l + l.transpose());
+    (2.0 * e.to_cols_array().into_iter().map(|x| x * x).sum::<f64>()).sqrt()
 }

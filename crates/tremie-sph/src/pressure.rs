@@ -162,6 +162,21 @@ impl<'a> Poisson<'a> {
     }
 }
 
+/// What pressures push on a wall, in N, or N/m in a plane.
+pub(crate) fn pushes(around: &Surroundings, fluid: &Fluid, pressures: &[f64], wall: usize) -> DVec3 {
+    // r |W'| of a lattice sums up to the number of dimensions.
+    let whole = around.on_lattice(|r| -r * around.kernel.slope(r)) / around.dimension.number() as f64;
+    let of = |a: usize| {
+        let images = around.around(a).filter(|(.., source)| source.wall == Some(wall));
+        let push = |(_, x, source): (usize, DVec3, &Source)| {
+            let pressure = pressures[a] + pressures[source.of] + weight(fluid, source);
+            -pressure * around.kernel.slope(x.length()) / x.length() * x
+        };
+        images.map(push).sum::<DVec3>()
+    };
+    around.volume.powi(2) / whole * around.each(of).into_iter().sum::<DVec3>()
+}
+
 /// Gradients of pressures, in Pa/m.
 pub(crate) fn slopes(
     around: &Surroundings,

@@ -1,9 +1,15 @@
 //! What a case means to particles.
 
 use tremie_case::{Case, Isph, Method, StrainConvention, StressStep};
-use tremie_simulation::scattered::largest_viscosity;
+use tremie_simulation::scattered::{dimension, largest_viscosity};
 
-use crate::{Fluid, Stepping};
+use tremie_cloud::Dimension;
+use tremie_simulation::Wall;
+
+use crate::{Fluid, Plate, Stepping};
+
+/// Share of the time in which shear spreads over the gap below a plate that a step may take.
+const SPREADS: f64 = 0.1;
 
 /// Settings of a case for this method.
 ///
@@ -28,12 +34,34 @@ pub(crate) fn fluid(case: &Case) -> Fluid {
     }
 }
 
+/// The plate that a load moves in a case; `whose` walls those of the particles are.
+pub(crate) fn plate(case: &Case, whose: &[Wall]) -> Option<Plate> {
+    let loaded = case.loaded()?;
+    let wall = whose.iter().position(|whose| *whose == Wall::Solid(loaded.solid))?;
+    // In a plane all is per metre of depth.
+    let deep = match dimension(case) {
+        Dimension::Two => settings(case).spacing,
+        Dimension::Three => 1.0,
+    };
+    let (force, mass) = (loaded.force / deep, loaded.mass / deep);
+    Some(Plate { wall, direction: loaded.direction, force, mass, way: 0.0, speed: 0.0 })
+}
+
+/// Longest step in s in which the pressure that a load needs is found: what holds it up is friction along the plates, which pressure and viscous part, found one after the other, agree upon only if
+/// it takes longer to spread over the gap.
+fn settled(case: &Case) -> f64 {
+    let Some(loaded) = case.loaded() else { return f64::INFINITY };
+    let (low, high) = case.fluid_box();
+    let gap = (high - low).dot(loaded.direction.abs());
+    SPREADS * case.material.density * gap * gap / case.material.curve.plastic_viscosity()
+}
+
 /// How steps of a case are taken.
 pub(crate) fn stepping(case: &Case) -> Stepping {
     let settings = settings(case);
     Stepping {
         courant: settings.courant,
-        longest: case.gauges.interval,
+        longest: settings.time_step.unwrap_or(f64::INFINITY).min(case.gauges.interval).min(settled(case)),
         explicit: settings.stress == StressStep::Explicit,
     }
 }

@@ -1,6 +1,6 @@
 //! Particles as a simulation of a case.
 
-use tremie_case::Case;
+use tremie_case::{Case, Scheme};
 use tremie_cloud::{Failure, Follower, Surroundings, reorder};
 use tremie_numerics::DVec3;
 use tremie_output::state::{Array, State};
@@ -8,7 +8,9 @@ use tremie_simulation::scattered::{self, Pull, Scattered};
 use tremie_simulation::{Breakdown, Load, RestoreError, Simulation, Snapshot, Wall};
 
 use crate::particles::Particles;
+use crate::plate::Plate;
 use crate::setup;
+use crate::three_steps::PressureStep;
 use crate::viscosity::pulls;
 
 /// Sweeps in which particles make room for slanted walls before they start, and how far each may go in spacings.
@@ -48,11 +50,27 @@ impl Isph {
         let (positions, velocities) = scattered::nodes(case, &space);
         let size = case.domain.max - case.domain.min;
         let fall = (2.0 * fluid.gravity.abs().dot(size)).sqrt();
-        let walls = space.walls.iter().map(|wall| wall.motion.largest_speed(0.0) + wall.sliding.length());
-        let fastest = walls.chain(velocities.iter().map(|u| u.length())).fold(fall, f64::max);
+        // What walls drive out between them goes faster than they do, as the fluid is wider than high.
+        let (low, high) = case.fluid_box();
+        let wide = (high - low).max_element() / (high - low).min_element();
+        let walls = space
+            .walls
+            .iter()
+            .map(|wall| wide.max(1.0) * wall.motion.largest_speed(0.0) + wall.sliding.length());
+        let pressed = scattered::pressed_speed(case, positions.len());
+        let fastest = walls.chain(velocities.iter().map(|u| u.length())).fold(fall.max(pressed), f64::max);
         let mut particles = Particles::new(positions, space, fluid, stepping);
         particles.velocities = velocities;
         settle(&mut particles);
+        if let Scheme::ThreeStep(pressure) = setup::settings(case).scheme {
+            particles = particles.in_three_steps(match pressure {
+                tremie_case::PressureStep::Solve => PressureStep::Solve,
+                tremie_case::PressureStep::Sweep => PressureStep::Sweep,
+            });
+        }
+        if let Some(plate) = setup::plate(case, &whose) {
+            particles.set_plate(plate);
+        }
         // Where nothing is known that drives it, there is no bound.
         let runaway = if fastest > 0.0 { RUNAWAY * fastest } else { f64::INFINITY };
         Self { case: case.clone(), particles, whose, left: 0, updates: 0, iterations: [0; 2], runaway }
@@ -61,7 +79,12 @@ impl Isph {
     /// What a checkpoint must be for.
     fn identity(&self) -> String {
         let space = &self.particles.space;
-        format!("isph, {} dimensions, spacing {} m", space.dimension.number(), space.spacing)
+        format!(
+            "{}, {} dimensions, spacing {} m",
+            self.case.method.name(),
+            space.dimension.number(),
+            space.spacing
+        )
     }
 
     fn breakdown(&self, at: DVec3, what: String, advice: &str) -> Breakdown {
@@ -194,6 +217,7 @@ impl Simulation for Isph {
                 "for": self.identity(),
                 "time": particles.time(),
                 "left": self.left,
+                "plate": particles.plate.map(|plate| [plate.way, plate.speed]),
             }),
             arrays: vec![
                 ("positions".into(), flat(&particles.positions)),
@@ -233,7 +257,15 @@ impl Simulation for Isph {
         same("shear rates", shear_rates.len())?;
         let time = state.header["time"].as_f64().ok_or_else(|| missing("time"))?;
         self.left = state.header["left"].as_u64().ok_or_else(|| missing("left"))?;
-        self.particles.go_back(time, positions, velocities, pressures, shear_rates);
+        let plate = match self.particles.plate {
+            Some(plate) => {
+                let [way, speed] =
+                    serde_json::from_value(state.header["plate"].clone()).map_err(|_| missing("plate"))?;
+                Some(Plate { way, speed, ..plate })
+            }
+            None => None,
+        };
+        self.particles.go_back(time, positions, velocities, pressures, shear_rates, plate);
         Ok(())
     }
 }

@@ -16,7 +16,7 @@
 //! below a surface nothing is changed, or it would not be free of stress.
 
 use tremie_cloud::{
-    Block, Dimension, Failure, Gradients, Matrix, Method, Multigrid, Settings, Surroundings, solve,
+    Block, Dimension, Failure, Gradients, Matrix, Method, Multigrid, Settings, Source, Surroundings, solve,
 };
 use tremie_numerics::{DMat3, DVec3};
 
@@ -31,6 +31,29 @@ pub(crate) struct System<'a, const D: usize, const M: usize> {
     matrix: Matrix<D>,
     /// What walls that move push, in N/m3.
     carried: Vec<f64>,
+}
+
+/// What multiplies the velocities of a particle itself and of others, and what walls that move push.
+#[derive(Debug, Clone)]
+pub(crate) struct Row {
+    pub(crate) own: DMat3,
+    others: Vec<(u32, DMat3)>,
+    pub(crate) carried: DVec3,
+}
+
+impl Row {
+    /// Nothing yet.
+    pub(crate) const NONE: Self = Self { own: DMat3::ZERO, others: Vec::new(), carried: DVec3::ZERO };
+
+    /// Adds the pair of a particle and another one, an image or a copy.
+    pub(crate) fn add(&mut self, a: usize, source: &Source, block: DMat3) {
+        self.own += block;
+        self.carried += block * source.carried;
+        match source.of == a {
+            true => self.own -= block * source.turn,
+            false => self.others.push((source.of as u32, -(block * source.turn))),
+        }
+    }
 }
 
 /// Along a line; never here.
@@ -83,21 +106,24 @@ impl<'a, const D: usize, const M: usize> System<'a, D, M> {
     pub(crate) fn new(around: &'a Surroundings, surface: &[bool], viscosity: &[f64]) -> Self {
         let pair = pairs(around);
         let lean = leaning(around, surface);
+        Self::of(around, |a| {
+            let mut row = Row::NONE;
+            for (_, x, source) in around.around(a) {
+                let block = (1.0 - x.dot(lean[a])) * pair(x, viscosity[a], viscosity[source.of]);
+                row.add(a, source, block);
+            }
+            row
+        })
+    }
+
+    /// By the rows of particles.
+    pub(crate) fn of(around: &'a Surroundings, row: impl Fn(usize) -> Row + Sync + Send) -> Self {
         let entries = |block: DMat3| -> Block<D> {
             std::array::from_fn(|i| std::array::from_fn(|j| block.col(AXES[D][j])[AXES[D][i]]))
         };
         let row = |a: usize| {
-            let (mut own, mut carried) = (DMat3::ZERO, DVec3::ZERO);
-            let mut others: Vec<(u32, DMat3)> = Vec::new();
-            for (_, x, source) in around.around(a) {
-                let block = (1.0 - x.dot(lean[a])) * pair(x, viscosity[a], viscosity[source.of]);
-                own += block;
-                carried += block * source.carried;
-                match source.of == a {
-                    true => own -= block * source.turn,
-                    false => others.push((source.of as u32, -(block * source.turn))),
-                }
-            }
+            let row = row(a);
+            let mut others = row.others;
             // What comes from images belongs to their particles; in the order of these, and then of the images.
             others.sort_by_key(|(of, _)| *of);
             others.dedup_by(|next, kept| {
@@ -106,7 +132,7 @@ impl<'a, const D: usize, const M: usize> System<'a, D, M> {
                 same
             });
             let others: Vec<_> = others.into_iter().map(|(of, block)| (of, entries(block))).collect();
-            (entries(own), others, flat::<D>(carried))
+            (entries(row.own), others, flat::<D>(row.carried))
         };
         let rows = around.each(row);
         let carried = rows.iter().flat_map(|(_, _, carried)| *carried).collect();

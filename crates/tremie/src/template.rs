@@ -42,7 +42,7 @@ macro_rules! beam {
     };
 }
 
-const TEMPLATES: [Template; 28] = [
+const TEMPLATES: [Template; 30] = [
     template!("slump-flow", "a cone of concrete is let go and spreads on a plate (EN 12350-8)"),
     template!("l-box", "concrete flows under a gate and through bars along a channel (EN 12350-10)"),
     template!("planar-collapse", "a wall of concrete collapses when its forms are taken away (dam break)"),
@@ -52,6 +52,8 @@ const TEMPLATES: [Template; 28] = [
         "concrete flows from a column into a channel in a plane, by particles (Wu)",
         "wu-l-box-text.toml"
     ),
+    template!("squeeze-load", "a plate under a constant load squeezes a block in a plane"),
+    template!("squeeze-velocity", "a plate that comes down evenly squeezes a block in a plane"),
     template!("channel", "a body force drives concrete between two plates, periodic along the flow"),
     template!("drop", "a ball of concrete falls on the floor"),
     template!("dam-break", "a column of water collapses when its gate vanishes (Martin and Moyce)"),

@@ -199,7 +199,10 @@ surface = "free_slip"
     };
     let lifted = Motion::Uniform(DVec3::new(0.0, 0.0, 0.15));
     let name = "solid1".to_owned();
-    assert_eq!(*mould, Solid { name, body: Body::Shape(shell), motion: lifted, surface: Surface::FreeSlip });
+    assert_eq!(
+        *mould,
+        Solid { name, body: Body::Shape(shell), motion: lifted, load: None, surface: Surface::FreeSlip }
+    );
     let point = |time, x| Waypoint { time, offset: DVec3::new(x, 0.0, 0.0) };
     assert_eq!(gate.motion, Motion::Path(vec![point(1.0, 0.0), point(3.0, 1.0)]));
     assert_eq!(gate.surface, Surface::NoSlip);
@@ -270,6 +273,26 @@ fn what_is_left_out_takes_its_default() {
     assert_eq!(case.domain.gravity, DVec3::new(0.0, 0.0, -9.81));
 }
 
+/// A load is on the solid and its images beside its way, and with a mass weight is too.
+#[test]
+fn a_load_moves_a_solid() {
+    let plate = "[[solid]]\nname = \"plate\"\nbox = { min = [\"-1 m\", \"-1 m\", \"0.31 m\"], max = [\"1 m\", \"1 m\", \"1 m\"] }\n\
+                 motion.load = { force = [\"0 N\", \"0 N\", \"-8 N\"] }\n\n[lbm]";
+    let case = Case::parse("plate.toml", &SLUMP_FLOW.replace("[lbm]", plate)).unwrap();
+    let load = Load { force: DVec3::new(0.0, 0.0, -8.0), mass: 0.0 };
+    assert_eq!((case.solids[0].load, &case.solids[0].motion), (Some(load), &Motion::REST));
+    let mirrors = case.domain.sides[..4].iter().filter(|side| **side == Side::Symmetry).count() as i32;
+    let share = 0.5f64.powi(mirrors);
+    let loaded = case.loaded().unwrap();
+    assert_eq!((loaded.solid, loaded.direction, loaded.mass), (0, DVec3::NEG_Z, 0.0));
+    assert!((loaded.force - 8.0 * share).abs() < 1e-12);
+    let heavy = plate.replace("\"-8 N\"] }", "\"-8 N\"], mass = \"2 kg\" }");
+    let case = Case::parse("plate.toml", &SLUMP_FLOW.replace("[lbm]", &heavy)).unwrap();
+    let weight = 2.0 * case.domain.gravity.length();
+    assert!((case.loaded().unwrap().force - share * (8.0 + weight)).abs() < 1e-12);
+    assert!(case.loaded().unwrap().mass == 2.0 * share && !case.solids_move(0.0));
+}
+
 /// The settings of another method may stand beside them.
 #[test]
 fn the_same_case_is_read_for_particles() {
@@ -282,6 +305,8 @@ fn the_same_case_is_read_for_particles() {
         stress: StressStep::Implicit,
         strain_convention: StrainConvention::Standard,
         largest_viscosity: None,
+        time_step: None,
+        scheme: Scheme::Projection,
     };
     assert_eq!(case.method, Method::Isph(expected));
     assert_eq!((case.method.name(), case.method.resolution_key()), ("isph", "isph.spacing"));
@@ -294,8 +319,18 @@ fn the_same_case_is_read_for_particles() {
         stress: StressStep::Explicit,
         strain_convention: StrainConvention::Paper,
         largest_viscosity: Some(5e4),
+        time_step: None,
+        scheme: Scheme::Projection,
     };
     assert_eq!(case.method, Method::Isph(expected));
+
+    let three = particles
+        .replace("\"isph\"", "\"sph\"")
+        .replace("[isph]", "[sph]\ntime_step = \"1 ms\"\npressure = \"sweep\"");
+    let case = Case::parse("slump_flow.toml", &three).unwrap();
+    let Method::Isph(isph) = case.method else { panic!("{:?}", case.method) };
+    assert_eq!((isph.scheme, isph.time_step), (Scheme::ThreeStep(PressureStep::Sweep), Some(1e-3)));
+    assert_eq!((case.method.name(), case.method.resolution_key()), ("sph", "sph.spacing"));
 }
 
 #[test]

@@ -164,7 +164,7 @@ const MISTAKES: &[Mistake] = &[
     mistake("\"5 mm\"", "[5]", 28, 13, "expected a length, such as \"5 mm\""),
     mistake("\"Slump flow, EN 12350-8\"", "12350", 1, 9, "expected a text"),
     mistake("\"lbm\"", "1", 2, 10, "expected \"lbm\""),
-    mistake("\"lbm\"", "\"sph\"", 2, 10, "`method` cannot be \"sph\""),
+    mistake("\"lbm\"", "\"fem\"", 2, 10, "`method` cannot be \"fem\""),
     mistake("\"f64\"", "\"f16\"", 29, 13, "write \"f32\" or \"f64\""),
     mistake("\"symmetry\"", "\"mirror\"", 15, 9, "write \"wall\", \"symmetry\", \"periodic\" or \"open\""),
     mistake("\"symmetry\"", "[]", 15, 9, "or { velocity = ["),
@@ -642,6 +642,20 @@ fn wrong_solids_are_told_at_their_place() {
     let better = thin.replace("1.5 mm", "0.0051 m");
     Case::parse("better.toml", &SLUMP_FLOW.replace("[lbm]", &format!("[[solid]]\n{better}\n\n[lbm]")))
         .unwrap();
+    let pressed = |force: &str| {
+        format!(
+            "[[solid]]\nsphere = {{ centre = [\"0.2 m\", \"0.1 m\", \"0.1 m\"], diameter = \"20 mm\" }}\nmotion.load.force = {force}\n"
+        )
+    };
+    let down = pressed("[\"0 N\", \"0 N\", \"-1 N\"]");
+    for (solids, says) in [
+        (pressed("[\"1 N\", \"0 N\", \"-1 N\"]"), "the force is not along an axis"),
+        (pressed("[\"0 N\", \"0 N\", \"0 N\"]"), "there is no force"),
+        (format!("{down}{down}"), "more than one solid is moved by a load"),
+    ] {
+        let message = refusal(&SLUMP_FLOW.replace("[lbm]", &format!("{solids}[lbm]"))).to_string();
+        assert!(message.contains(says), "{message}");
+    }
     // A solid may come into the domain later.
     let late = "[[solid]]\nsphere = { centre = [\"2 m\", \"0.1 m\", \"0.1 m\"], diameter = \"20 mm\" }\n\
                 motion.uniform.velocity = [\"-0.1 m/s\", \"0 m/s\", \"0 m/s\"]\n[lbm]";

@@ -390,6 +390,7 @@ impl<const Q: usize> Simulation for Dense<Q> {
             inclusions: Default::default(),
             fluid: Fluid::Cells(cells),
             solids: Vec::new(),
+            moved: Vec::new(),
             cages: Vec::new(),
             walls: WallLoads::default(),
             inflow: Vec::new(),

@@ -289,3 +289,58 @@ fn bars_as_one_body_are_as_bars_one_by_one() {
     let (whole, parts) = (one.solids[0].force, two.solids[0].force + two.solids[1].force);
     assert!(whole.x > 0.0 && (whole - parts).length() < 1e-9 * whole.length(), "{whole} {parts}");
 }
+
+/// Half of a film of 10 Pa s between plates without slip, in a plane, 10 mm high and 50 mm wide, eight cells over its height; a load without mass of 20 N per metre of depth, on both halves, moves the upper plate.
+fn film() -> tremie_case::Case {
+    let text = r#"title = "Film"
+method = "lbm"
+
+[material]
+density = "2000 kg/m3"
+newtonian = { viscosity = "10 Pa s" }
+
+[domain]
+min = ["0 mm", "0 mm", "0 mm"]
+max = ["75 mm", "1.25 mm", "12.5 mm"]
+gravity = ["0 m/s2", "0 m/s2", "0 m/s2"]
+sides = { x_min = "symmetry", y_min = "periodic", y_max = "periodic" }
+
+[[fluid]]
+box = { min = ["-1 m", "-1 m", "0 m"], max = ["50 mm", "1 m", "10 mm"] }
+
+[[solid]]
+name = "plate"
+box = { min = ["-1 m", "-1 m", "10 mm"], max = ["1 m", "1 m", "1 m"] }
+motion.load.force = ["0 N", "0 N", "-0.025 N"]
+
+[lbm]
+cell_size = "1.25 mm"
+precision = "f64"
+time_step = "40 us"
+
+[gauges]
+interval = "10 ms"
+
+[stop]
+time = "1 s"
+"#;
+    tremie_case::Case::parse("film.toml", text).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// It sinks as lubrication has it, F h^3/(8 mu L^3), bears its load at once, and goes on from a checkpoint as it would have.
+#[test]
+fn a_plate_without_mass_sinks_as_its_load_has_it() {
+    let mut simulation = advanced(&film(), 1000);
+    let (first, start) = (simulation.snapshot(), simulation.time());
+    let state = simulation.save();
+    advance(&mut *simulation, 1000);
+    let last = simulation.snapshot();
+    let speed = (first.moved[0].z - last.moved[0].z) / (simulation.time() - start);
+    let exact = 20.0 * 1e-6 / (8.0 * 10.0 * 0.05f64.powi(3));
+    assert!((speed / exact - 1.0).abs() < 0.05, "{speed} for {exact}");
+    assert!((last.solids[0].force.z / 0.0125 - 1.0).abs() < 0.01, "{:?}", last.solids[0]);
+    let mut other = LatticeBoltzmann::<f64>::new(&film());
+    other.restore(&state).unwrap();
+    advance(&mut other, 1000);
+    assert_eq!(other.snapshot().moved, last.moved);
+}

@@ -55,6 +55,8 @@ pub struct Gauges {
     pressures: Vec<Pressure>,
     /// Names of the solids and then of the cages.
     loaded: Vec<String>,
+    /// Number and name of the solid that is moved by a load, and the direction of its way.
+    carried: Option<(usize, String, DVec3)>,
     /// Names of the bodies, if any can come in or leave.
     bodies: Vec<String>,
 }
@@ -119,6 +121,8 @@ pub struct Readings {
     pub pressures: Vec<(String, WallPressure)>,
     /// Name of each solid of the case, and then of each cage, and force and moment on it and its mirror images.
     pub solids: Vec<(String, SolidLoad)>,
+    /// Name of the solid that is moved by a load, if there is one, and how far in m it has come along it.
+    pub travel: Option<(String, f64)>,
     /// Volume in m3 that has come in since the start, by inlet.
     pub inflow: Vec<f64>,
     /// Volume in m3 that has left since the start; none where nothing can leave.
@@ -169,6 +173,7 @@ impl Readings {
             let values = [load.force, load.moment].map(|v| v.to_array()).concat();
             columns.extend(load_columns(name).into_iter().zip(values));
         }
+        columns.extend(self.travel.iter().map(|(name, travel)| (travel_column(name), *travel)));
         for (n, inflow) in self.inflow.iter().enumerate() {
             columns.push((inflow_column(n), *inflow));
         }
@@ -240,6 +245,10 @@ impl Readings {
             lights: gauges.lights.iter().map(|g| one(&g.name, light_column)).collect::<Option<_>>()?,
             pressures: gauges.pressures.iter().map(pressure).collect::<Option<_>>()?,
             solids: gauges.loaded.iter().map(load).collect::<Option<_>>()?,
+            travel: match &gauges.carried {
+                Some((_, name, _)) => Some(one(name, travel_column)?),
+                None => None,
+            },
             inflow: (0..).map_while(|n| value(&inflow_column(n))).collect(),
             outflow: value(OUTFLOW),
             batches_out: (0..).map_while(|n| value(&batch_column(n))).collect(),
@@ -273,6 +282,11 @@ fn pressure_columns(name: &str, bands: usize) -> Vec<String> {
 fn load_columns(name: &str) -> [String; 6] {
     ["force_x_N", "force_y_N", "force_z_N", "moment_x_Nm", "moment_y_Nm", "moment_z_Nm"]
         .map(|what| format!("{name}_{what}"))
+}
+
+/// Name of the way of a solid that is moved by a load.
+fn travel_column(name: &str) -> String {
+    format!("{name}_travel_m")
 }
 
 /// Name of the volume that has come in by the inlet number `n`; in the case file the first is number 1.
@@ -345,6 +359,9 @@ impl Gauges {
                 .chain(case.cages.iter().map(|cage| &cage.name))
                 .cloned()
                 .collect(),
+            carried: case
+                .loaded()
+                .map(|loaded| (loaded.solid, case.solids[loaded.solid].name.clone(), loaded.direction)),
             bodies: passing(case),
         }
     }
@@ -418,6 +435,9 @@ impl Gauges {
                 .map(|g| (g.name.clone(), g.measure(cells, &snapshot.walls.faces)))
                 .collect(),
             solids: (self.loaded.iter().cloned()).zip(loads.map(|load| whole_load(*load, cells))).collect(),
+            travel: self.carried.as_ref().map(|(solid, name, direction)| {
+                (name.clone(), snapshot.moved.get(*solid).map_or(0.0, |way| way.dot(*direction)))
+            }),
             inflow: snapshot.inflow.iter().map(|volume| volume * cells.copies()).collect(),
             outflow: snapshot.outflow.map(|volume| volume * cells.copies()),
             batches_out: snapshot.batches_out.iter().map(|volume| volume * cells.copies()).collect(),
@@ -443,6 +463,7 @@ impl Gauges {
                 .map(|(name, read)| Pressure::of(name.clone(), read.bands.len()))
                 .collect(),
             loaded: readings.solids.iter().map(|(name, _)| name.clone()).collect(),
+            carried: readings.travel.as_ref().map(|(name, _)| (0, name.clone(), DVec3::NEG_Z)),
             bodies: readings.bodies.iter().map(|(name, _)| name.clone()).collect(),
             ..Self::default()
         }
@@ -570,6 +591,7 @@ mod tests {
             inclusions: Default::default(),
             fluid: Fluid::Cells(cells),
             solids: Vec::new(),
+            moved: Vec::new(),
             cages: Vec::new(),
             walls: WallLoads::default(),
             inflow: Vec::new(),
@@ -626,6 +648,7 @@ mod tests {
             inclusions: Default::default(),
             fluid: Fluid::Cells(cells),
             solids: Vec::new(),
+            moved: Vec::new(),
             cages: Vec::new(),
             walls: WallLoads::default(),
             inflow: Vec::new(),

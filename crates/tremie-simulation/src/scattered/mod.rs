@@ -5,5 +5,5 @@ mod setup;
 mod view;
 
 pub use plan::Plan;
-pub use setup::{dimension, largest_viscosity, nodes, space};
+pub use setup::{dimension, largest_viscosity, nodes, pressed_speed, space};
 pub use view::{Pull, Scattered};

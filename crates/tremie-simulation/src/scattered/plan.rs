@@ -4,6 +4,8 @@ use tremie_case::{Case, Side};
 use tremie_cloud::{Dimension, Space};
 use tremie_numerics::DVec3;
 
+use super::setup::pressed_speed;
+
 /// The numbers of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
@@ -54,6 +56,7 @@ impl Plan {
         let solids = case.solids.iter().map(|solid| solid.motion.largest_speed(0.0));
         let given = velocities.iter().map(|u| u.length());
         let speed = walls.chain(solids).chain(given).fold((2.0 * gravity.length() * fall).sqrt(), f64::max);
+        let speed = speed.max(pressed_speed(case, positions.len()));
         let time_step = time_step(speed);
         let curve = &case.material.curve;
         let (density, viscosity) = (case.material.density, curve.plastic_viscosity());

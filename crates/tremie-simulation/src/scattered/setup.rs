@@ -98,3 +98,12 @@ pub fn nodes(case: &Case, space: &Space) -> (Vec<DVec3>, Vec<DVec3>) {
     }
     (positions, velocities)
 }
+
+/// Speed in m/s that the load on a solid may give so many nodes.
+pub fn pressed_speed(case: &Case, number: usize) -> f64 {
+    let mass = number as f64 * case.material.density * case.method.resolution().powi(3);
+    case.loaded().map_or(0.0, |loaded| {
+        let (low, high) = case.fluid_box();
+        loaded.speed(mass, (high - low).dot(loaded.direction.abs()))
+    })
+}

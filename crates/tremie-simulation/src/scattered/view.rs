@@ -88,6 +88,7 @@ impl Scattered<'_> {
             fluid: Fluid::Cells(cells),
             inclusions: tremie_suspension::Inclusions::default(),
             solids,
+            moved: self.moved(),
             cages: Vec::new(),
             walls,
             inflow: Vec::new(),
@@ -96,6 +97,13 @@ impl Scattered<'_> {
             bodies_in: Vec::new(),
             bodies_out: Vec::new(),
         }
+    }
+
+    /// How far in m solids are from where they are drawn.
+    fn moved(&self) -> Vec<DVec3> {
+        let solids =
+            self.space.walls.iter().zip(self.whose).filter(|(_, whose)| matches!(whose, Wall::Solid(_)));
+        solids.map(|(wall, _)| wall.motion.offset(self.time)).collect()
     }
 
     /// Weight in N/m3 but for what drives a flow along periodic axes.

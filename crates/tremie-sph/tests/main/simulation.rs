@@ -181,3 +181,68 @@ fn fluid_leaves_through_open_sides() {
     assert!(after < before, "{before} {after}");
     assert!((left / 0.02_f64.powi(3) - (before - after) as f64).abs() < 1e-6, "{left}");
 }
+
+/// Half of a film of 10 Pa s between plates without slip, in a plane, 10 mm high and 50 mm wide, eight particles over its height; a load without mass of 20 N per metre of depth, on both halves, moves the upper plate.
+fn film(method: &str) -> Case {
+    let text = format!(
+        r#"title = "Film"
+method = "{method}"
+
+[material]
+density = "2000 kg/m3"
+newtonian = {{ viscosity = "10 Pa s" }}
+
+[domain]
+min = ["0 mm", "0 mm", "0 mm"]
+max = ["75 mm", "1.25 mm", "12.5 mm"]
+gravity = ["0 m/s2", "0 m/s2", "0 m/s2"]
+sides = {{ x_min = "symmetry", y_min = "periodic", y_max = "periodic" }}
+
+[[fluid]]
+box = {{ min = ["-1 m", "-1 m", "0 m"], max = ["50 mm", "1 m", "10 mm"] }}
+
+[[solid]]
+name = "plate"
+box = {{ min = ["-1 m", "-1 m", "10 mm"], max = ["1 m", "1 m", "1 m"] }}
+motion.load.force = ["0 N", "0 N", "-0.025 N"]
+
+[{method}]
+spacing = "1.25 mm"
+
+[gauges]
+interval = "10 ms"
+
+[stop]
+time = "1 s"
+"#
+    );
+    Case::parse("film.toml", &text).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// It sinks as lubrication has it, F h^3/(8 mu L^3), by both schemes, and goes on from a checkpoint as it would have.
+#[test]
+fn a_plate_without_mass_sinks_as_its_load_has_it() {
+    for (method, off) in [("isph", 0.05), ("sph", 0.1)] {
+        let case = film(method);
+        let mut simulation = tremie_sph::simulation(&case);
+        let go = |simulation: &mut Box<dyn Simulation>, end: f64| {
+            while simulation.time() < end {
+                simulation.advance().unwrap_or_else(|error| panic!("{error:?}"));
+            }
+        };
+        go(&mut simulation, 0.02);
+        let (first, start) = (simulation.snapshot(), simulation.time());
+        let state = simulation.save();
+        go(&mut simulation, 0.04);
+        let last = simulation.snapshot();
+        let speed = (first.moved[0].z - last.moved[0].z) / (simulation.time() - start);
+        let exact = 20.0 * 1e-6 / (8.0 * 10.0 * 0.05f64.powi(3));
+        assert!((speed / exact - 1.0).abs() < off, "{method}: {speed} for {exact}");
+        // What it bears is the load, on half of its depth.
+        assert!((last.solids[0].force.z / 0.0125 - 1.0).abs() < 0.05, "{method}: {:?}", last.solids[0]);
+        let mut other = tremie_sph::simulation(&case);
+        other.restore(&state).unwrap_or_else(|error| panic!("{error:?}"));
+        go(&mut other, 0.04);
+        assert_eq!(other.snapshot().moved, last.moved, "{method}");
+    }
+}

@@ -24,11 +24,11 @@ const TURBULENT: f64 = 2100.0;
 
 /// A Bingham fluid.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Bingham {
+pub(crate) struct Bingham {
     /// In Pa.
-    pub(super) yield_stress: f64,
+    pub(crate) yield_stress: f64,
     /// In Pa s.
-    pub(super) viscosity: f64,
+    pub(crate) viscosity: f64,
 }
 
 /// Volume in m3/s that a pressure gradient in Pa/m drives through a pipe of `radius` m.

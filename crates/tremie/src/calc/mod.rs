@@ -18,6 +18,10 @@ mod suspension;
 mod yield_stress;
 
 pub(crate) use channel_at_rest::LcpcBox;
+pub(crate) use duct::Bingham;
+pub(crate) use squeeze::{
+    final_height as squeezed_to_rest, squeeze_force as squeezing_force, squeezed_in_a_plane,
+};
 
 use std::process::ExitCode;
 

@@ -44,7 +44,7 @@ pub(super) struct Arguments {
 }
 
 /// Force in N on plates `height` m apart that close at `speed` m/s on a sample of `radius` m.
-fn squeeze_force(fluid: Bingham, radius: f64, height: f64, speed: f64) -> f64 {
+pub(crate) fn squeeze_force(fluid: Bingham, radius: f64, height: f64, speed: f64) -> f64 {
     const RINGS: i32 = 400;
     let step = radius / f64::from(RINGS);
     let ring = |n: i32| {
@@ -55,13 +55,24 @@ fn squeeze_force(fluid: Bingham, radius: f64, height: f64, speed: f64) -> f64 {
     (0..RINGS).map(ring).sum()
 }
 
+/// Force in N/m of depth on plates that close at `speed` m/s on a sample `2 length` m wide in a plane: 2 int_0^L x G dx, of a Newtonian fluid 8 mu V L^3/h^3.
+pub(crate) fn squeezed_in_a_plane(fluid: Bingham, length: f64, height: f64, speed: f64) -> f64 {
+    const STRIPS: i32 = 400;
+    let step = length / f64::from(STRIPS);
+    let strip = |n: i32| {
+        let x = (f64::from(n) + 0.5) * step;
+        2.0 * x * step * gradient(speed * x / height, |g| channel_velocity(fluid, height, g))
+    };
+    (0..STRIPS).map(strip).sum()
+}
+
 /// The same for plates that hardly move.
 fn plastic_force(yield_stress: f64, radius: f64, height: f64) -> f64 {
     2.0 * PI * yield_stress * radius.powi(3) / (3.0 * height)
 }
 
 /// Height in m at which `volume` m3 come to rest under a force in N.
-fn final_height(yield_stress: f64, volume: f64, force: f64) -> f64 {
+pub(crate) fn final_height(yield_stress: f64, volume: f64, force: f64) -> f64 {
     (2.0 * yield_stress * volume.powf(1.5) / (3.0 * PI.sqrt() * force)).powf(0.4)
 }
 

@@ -15,6 +15,7 @@ mod orimet;
 mod setup;
 mod slump;
 mod slump_flow;
+mod squeeze_flow;
 mod thin_sheet;
 mod u_box;
 mod v_funnel;
@@ -51,6 +52,8 @@ pub(crate) enum Experiment {
     UBox(u_box::Arguments),
     /// Orimet: flow time of self-compacting concrete
     Orimet(orimet::Arguments),
+    /// Squeeze flow: a sample between two plates, under a load or at a speed
+    SqueezeFlow(squeeze_flow::Arguments),
 }
 
 /// Does an experiment.
@@ -66,6 +69,7 @@ pub(crate) fn run(experiment: Experiment) -> anyhow::Result<ExitCode> {
         Experiment::MiniSlump(arguments) => mini_slump::run(arguments),
         Experiment::UBox(arguments) => u_box::run(arguments),
         Experiment::Orimet(arguments) => orimet::run(arguments),
+        Experiment::SqueezeFlow(arguments) => squeeze_flow::run(arguments),
     }
 }
 
@@ -92,6 +96,7 @@ pub(crate) fn figures(name: &str, case: &Case, summary: &Summary) -> Option<Figu
         mini_slump::NAME => mini_slump::figures(case, summary),
         u_box::NAME => u_box::figures(case, summary),
         orimet::NAME => orimet::figures(case, summary),
+        squeeze_flow::NAME => squeeze_flow::figures(case, summary),
         _ => None,
     }
 }

@@ -32,6 +32,8 @@ pub(super) fn plots(evidence: &Evidence) -> anyhow::Result<Vec<Figure>> {
         profile(evidence),
         levels(evidence),
         fronts(evidence),
+        travels(evidence),
+        bearings(evidence),
         pressures(evidence),
         pressure_history(evidence),
         speeds(evidence),
@@ -239,6 +241,39 @@ fn fronts(evidence: &Evidence) -> Option<anyhow::Result<Figure>> {
     let names: Vec<&str> = evidence.case.gauges.front.iter().map(|gauge| gauge.name.as_str()).collect();
     let caption = "How far the front has come beyond each plane against time; it arrives at zero.";
     lengths(evidence, "Front", "way beyond the plane [mm]", &names, |name| format!("front_{name}_m"), caption)
+}
+
+/// Way of a solid that a load moves against time.
+fn travels(evidence: &Evidence) -> Option<anyhow::Result<Figure>> {
+    let loaded = evidence.case.solids.iter().filter(|solid| solid.load.is_some());
+    let names: Vec<&str> = loaded.map(|solid| solid.name.as_str()).collect();
+    let caption = "How far a solid has come along the load that moves it against time.";
+    lengths(evidence, "Way of what is loaded", "way [mm]", &names, |name| format!("{name}_travel_m"), caption)
+}
+
+/// Upward forces on solids that move against time.
+fn bearings(evidence: &Evidence) -> Option<anyhow::Result<Figure>> {
+    let moving = |solid: &&tremie_case::Solid| solid.load.is_some() || solid.motion.largest_speed(0.0) > 0.0;
+    let solids = evidence.case.solids.iter().filter(moving);
+    let readings: Vec<_> = solids
+        .map(|solid| (solid.name.as_str(), evidence.readings(&format!("{}_force_z_N", solid.name), 1.0)))
+        .collect();
+    let curves: Vec<Curve> = readings.iter().filter_map(|(name, points)| curve(name, points)).collect();
+    if curves.is_empty() {
+        return None;
+    }
+    let plot = Plot {
+        title: "Force on solids that move",
+        x: Axis::linear("time [s]"),
+        y: Axis::linear("upward force [N]"),
+        curves,
+        horizontals: Vec::new(),
+        verticals: Vec::new(),
+    };
+    Some(drawn(
+        &plot,
+        "What the fluid does to solids that move against time: upward force, mirror images included.",
+    ))
 }
 
 /// Lengths that gauges of these names read, in mm, against time.

@@ -35,6 +35,7 @@ mod shear;
 mod slab;
 mod slip;
 mod slump;
+mod squeeze;
 mod stl;
 mod surface;
 mod thin_layer;
@@ -163,6 +164,10 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(slump::slump_inclusions, "slump-inclusions", "case.toml"),
     benchmark!(slab::slab_fibres, "slab-fibres", "case.toml"),
     benchmark!(wake::bar_wake, "bar-wake", "l-box.toml", "wall.toml"),
+    benchmark!(squeeze::thin_gap, "squeeze-thin-gap", "case.toml"),
+    benchmark!(squeeze::newtonian, "squeeze-newtonian", "case.toml"),
+    benchmark!(squeeze::load, "squeeze-load", "case.toml"),
+    benchmark!(squeeze::velocity, "squeeze-velocity", "case.toml"),
     benchmark!(slump::slump_spread, "slump-spread", "case.toml", "reference.csv"),
     benchmark!(fracture::nine_cells, "fracture-v1"),
     benchmark!(fracture::patch, "fracture-v2"),

@@ -596,6 +596,8 @@ fn a_new_case_is_ready_to_run_and_replaces_nothing() {
             "planar-collapse",
             "wu-slump",
             "wu-l-box",
+            "squeeze-load",
+            "squeeze-velocity",
             "channel",
             "drop",
             "dam-break",

@@ -1,0 +1,331 @@
+//! Samples squeezed between plates: closed forms of lubrication and plasticity, and both methods on one case.
+//!
+//! All are in a plane, one cell deep, and half of the sample beside a plane of symmetry. Forces are on the whole and per metre of depth. With a staircase for a moving wall a lattice has the right
+//! gap where the plate is a whole number of cells from the other: constant speeds are read there.
+
+use tremie_case::{Case, Isph, Method, Scheme, StrainConvention, StressStep};
+use tremie_geometry::{Body, Motion, Shape};
+use tremie_rheology::FlowCurve;
+use tremie_simulation::{Fluid, Snapshot};
+
+use super::benchmark::{Check, Context, shown};
+use super::flow::Flow;
+use crate::calc::{Bingham, squeezed_in_a_plane};
+
+/// The methods that move plates.
+const METHODS: [&str; 2] = ["lbm", "isph"];
+/// Cells or particles over the height.
+const OVER: [usize; 2] = [20, 10];
+
+/// A sample of a half width and a height in m, cut into so many cells over its height.
+struct Sample {
+    case: Case,
+    half_width: f64,
+    height: f64,
+    size: f64,
+}
+
+impl Sample {
+    /// The one of a case; with other cells it is as deep as one of them, and its load as large by depth.
+    fn new(case: &Case, method: &str, over: usize) -> Self {
+        let mut case = case.clone();
+        let (_, high) = case.fluid[0].shape.bounds();
+        let size = high.z / over as f64;
+        let deep = case.domain.max.y;
+        let whole = |length: f64| (length / size - 1e-9).ceil() * size;
+        case.domain.max.x = whole(case.domain.max.x);
+        case.domain.max.z = whole(case.domain.max.z).max(high.z + 2.0 * size);
+        case.domain.max.y = size;
+        if let Some(load) = &mut case.solids[0].load {
+            load.force *= size / deep;
+        }
+        match method {
+            "isph" => {
+                case.method = Method::Isph(Isph {
+                    spacing: size,
+                    courant: 0.25,
+                    stress: StressStep::Implicit,
+                    strain_convention: StrainConvention::Standard,
+                    largest_viscosity: None,
+                    time_step: None,
+                    scheme: Scheme::Projection,
+                });
+            }
+            _ => case.method.set_resolution(size),
+        }
+        Self { case, half_width: high.x, height: high.z, size }
+    }
+
+    /// The fluid that it is, as Bingham has it.
+    fn fluid(&self) -> Bingham {
+        let curve = &self.case.material.curve;
+        Bingham { yield_stress: curve.yield_stress(), viscosity: curve.plastic_viscosity() }
+    }
+
+    /// Gives it another yield stress in Pa.
+    fn stiffened(mut self, yield_stress: f64) -> Self {
+        let plastic_viscosity = self.case.material.curve.plastic_viscosity();
+        self.case.material.curve = match yield_stress {
+            0.0 => FlowCurve::Newtonian { viscosity: plastic_viscosity },
+            _ => FlowCurve::Bingham { yield_stress, plastic_viscosity },
+        };
+        self
+    }
+
+    /// Forces in N/m on the upper plate and on the lower, and the volume over that at the start, with the plate at a height in m.
+    fn read(&self, snapshot: &Snapshot, height: f64) -> [f64; 3] {
+        let Fluid::Cells(cells) = &snapshot.fluid;
+        let depth = 2.0 / self.size;
+        let [nx, ny, _] = cells.count;
+        // A cell that the plate cuts is wet as far as it is open.
+        let open = |n: usize| {
+            let low = cells.centre(0, 0, n / (nx * ny)).z - 0.5 * self.size;
+            let next = height - low < 1.5 * self.size;
+            if next { (height - low) / self.size } else { 1.0 }
+        };
+        let lattice = matches!(self.case.method, Method::Lbm(_));
+        let share = |n: usize| cells.fill[n] * if lattice { 1.0 } else { open(n) };
+        let volume: f64 = (0..cells.fill.len()).map(share).sum::<f64>() * self.size.powi(2);
+        [
+            depth * snapshot.solids[0].force.z,
+            -depth * snapshot.walls.sides[4].force.z,
+            volume / (self.half_width * self.height),
+        ]
+    }
+}
+
+/// The upper plate's forces in N/m when it comes to heights in m, and how far forces and volume are from balanced and kept.
+fn closing(sample: &Sample, heights: &[f64]) -> anyhow::Result<(Vec<f64>, [f64; 2])> {
+    let Motion::Uniform(velocity) = sample.case.solids[0].motion else {
+        anyhow::bail!("the plate has no even motion")
+    };
+    let mut flow = Flow::new(sample.case.clone());
+    let (mut forces, mut off) = (Vec::new(), [0.0f64; 2]);
+    for height in heights {
+        flow.until((sample.height - height) / velocity.length())?;
+        let now = sample.height - velocity.length() * flow.simulation.time();
+        let [upper, lower, volume] = sample.read(&flow.simulation.snapshot(), now);
+        forces.push(upper);
+        off = [off[0].max((lower / upper - 1.0).abs()), off[1].max((volume - 1.0).abs())];
+    }
+    Ok((forces, off))
+}
+
+/// The heights in m of a plate under a load at times in s, and how far forces and volume are from balanced and kept.
+fn loaded(sample: &Sample, times: &[f64]) -> anyhow::Result<(Vec<f64>, [f64; 2])> {
+    let mut flow = Flow::new(sample.case.clone());
+    let (mut heights, mut off) = (Vec::new(), [0.0f64; 2]);
+    for time in times {
+        flow.until(*time)?;
+        let snapshot = flow.simulation.snapshot();
+        let height = sample.height + snapshot.moved[0].z;
+        let [upper, lower, volume] = sample.read(&snapshot, height);
+        heights.push(height);
+        off = [off[0].max((lower / upper - 1.0).abs()), off[1].max((volume - 1.0).abs())];
+    }
+    Ok((heights, off))
+}
+
+/// What must hold besides.
+fn kept(context: &Context, what: &str, [balance, volume]: [f64; 2]) -> anyhow::Result<[Check; 2]> {
+    Ok([
+        context.zero(
+            "balance",
+            format!("force of the lower plate over that of the upper, less 1, {what}"),
+            "",
+            balance,
+        )?,
+        context.zero("volume", format!("volume over that at the start, less 1, {what}"), "", volume)?,
+    ])
+}
+
+/// A tolerance counts for the finest cells only.
+fn judged(check: Check, over: usize) -> Check {
+    if over == OVER[0] { check } else { Check { tolerance: None, ..check } }
+}
+
+/// Plates that close on a thin gap.
+pub(super) fn thin_gap(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let case = context.case("case.toml")?;
+    let mut checks = Vec::new();
+    for method in METHODS {
+        for over in OVER {
+            for bingham in [0.0, 1.0, 10.0] {
+                let mut sample = Sample::new(&case, method, over);
+                let Motion::Uniform(velocity) = sample.case.solids[0].motion else {
+                    anyhow::bail!("the plate has no even motion")
+                };
+                let (gap, speed) = (sample.height, velocity.length());
+                let viscosity = sample.fluid().viscosity;
+                sample = sample.stiffened(bingham * viscosity * speed / gap);
+                // A cell higher at first, and as much narrower.
+                sample.height += sample.size;
+                sample.half_width *= gap / sample.height;
+                let [width, height] = [sample.half_width, sample.height];
+                if let Shape::Box { max, .. } = &mut sample.case.fluid[0].shape {
+                    (max.x, max.z) = (width, height);
+                }
+                if let Body::Shape(Shape::Box { min, .. }) = &mut sample.case.solids[0].body {
+                    min.z = height;
+                }
+                sample.case.domain.max.z = height + 2.0 * sample.size;
+                if let Method::Isph(isph) = &mut sample.case.method {
+                    isph.time_step = Some(0.1 * case.material.density * gap * gap / viscosity);
+                }
+                let (forces, off) = closing(&sample, &[gap])?;
+                let length = width * height / gap;
+                let exact = squeezed_in_a_plane(sample.fluid(), length, gap, speed);
+                let what = format!("{method}, Bingham number {bingham}, {over} over the gap");
+                let check = context.relative("force", format!("force, {what}"), "N/m", exact, forces[0])?;
+                checks.push(judged(check, over));
+                checks.extend(kept(context, &what, off)?.map(|check| judged(check, over)));
+            }
+        }
+    }
+    Ok(checks)
+}
+
+/// A Newtonian sample under a load.
+pub(super) fn newtonian(context: &Context) -> anyhow::Result<Vec<Check>> {
+    const TIMES: [f64; 3] = [10.0, 20.0, 50.0];
+    let case = context.case("case.toml")?;
+    let mut checks = Vec::new();
+    for method in METHODS {
+        for over in OVER {
+            for wide in [1.0, 2.0] {
+                let mut sample = Sample::new(&case, method, over);
+                sample.half_width *= wide;
+                if let Shape::Box { max, .. } = &mut sample.case.fluid[0].shape {
+                    max.x = sample.half_width;
+                }
+                let (height, viscosity) = (sample.height, sample.fluid().viscosity);
+                let force = sample.case.solids[0].load.map_or(0.0, |load| load.force.length()) / sample.size;
+                let (heights, off) = loaded(&sample, &TIMES)?;
+                let spread = 8.0 * viscosity * (sample.half_width * height).powi(3);
+                let what = format!("{method}, a0/H {}, {over} over the height", sample.half_width / height);
+                for (time, found) in TIMES.iter().zip(&heights) {
+                    let exact = (height.powi(-5) + 5.0 * force * time / spread).powf(-0.2);
+                    let name = format!("height over H after {time} s, {what}");
+                    let check = context.relative("height", name, "", exact / height, found / height)?;
+                    // The theory is one for late times.
+                    checks.push(if *time < 50.0 {
+                        Check { tolerance: None, ..check }
+                    } else {
+                        judged(check, over)
+                    });
+                }
+                let slope = (heights[2] / heights[1]).ln() / (TIMES[2] / TIMES[1]).ln();
+                checks.push(judged(
+                    context.absolute("slope", format!("slope, {what}"), "", -0.2, slope)?,
+                    over,
+                ));
+                checks.extend(kept(context, &what, off)?.map(|check| judged(check, over)));
+            }
+        }
+    }
+    Ok(checks)
+}
+
+/// Height over H at which a plastic block of a half width comes to rest under a load in viscous units.
+fn at_rest(half_width: f64, bingham: f64, load: f64) -> f64 {
+    let force = |h: f64| {
+        let length = half_width / h;
+        2.0 * bingham * length * length / h * (1.0 + 1.5 * h / length)
+    };
+    let (mut low, mut high) = (1e-3, 1.0);
+    if force(high) > load {
+        return 1.0;
+    }
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if force(middle) > load { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+/// Bingham samples under loads.
+pub(super) fn load(context: &Context) -> anyhow::Result<Vec<Check>> {
+    const TIME: f64 = 20.0;
+    let case = context.case("case.toml")?;
+    let unit = case.material.curve.yield_stress();
+    let mut checks = Vec::new();
+    for over in OVER {
+        let mut all = Vec::new();
+        for method in METHODS {
+            let mut found = Vec::new();
+            for (bingham, load) in [(1.0, 10.0), (4.0, 10.0), (5.0, 10.0), (1.0, 5.0), (1.0, 20.0)] {
+                let mut sample = Sample::new(&case, method, over).stiffened(bingham * unit);
+                if let Some(of) = &mut sample.case.solids[0].load {
+                    of.force *= load / 10.0;
+                }
+                let (heights, off) = loaded(&sample, &[TIME])?;
+                let height = heights[0] / sample.height;
+                found.push(height);
+                let what = format!("{method}, Bingham number {bingham}, load {load}, {over} over the height");
+                let name = format!("height over H, {what}");
+                checks.push(if bingham == 5.0 {
+                    judged(context.at_least("creeps", name, height)?, over)
+                } else {
+                    let exact = at_rest(sample.half_width / sample.height, bingham, load);
+                    judged(context.relative("height", name, "", exact, height)?, over)
+                });
+                checks.extend(kept(context, &what, off)?.map(|check| judged(check, over)));
+            }
+            let ordered =
+                found[0] < found[1] && found[1] < found[2] && found[4] < found[0] && found[0] < found[3];
+            let name = format!(
+                "heights in the order of Bingham numbers and loads, {method}, {over} over the height"
+            );
+            checks.push(context.at_least("ordered", name, f64::from(u8::from(ordered)))?);
+            all.push(found);
+        }
+        for n in 0..2 {
+            let name = format!(
+                "height over H by particles, of that by the lattice, Bingham number {}, {over} over the height",
+                [1, 4][n]
+            );
+            checks.push(judged(context.relative("methods", name, "", all[0][n], all[1][n])?, over));
+        }
+    }
+    Ok(checks)
+}
+
+/// Plates that close evenly.
+pub(super) fn velocity(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let case = context.case("case.toml")?;
+    let mut checks = Vec::new();
+    for over in OVER {
+        for (reynolds, bingham) in [(1.0, 0.5), (5.0, 0.5), (10.0, 0.5), (10.0, 1.0), (10.0, 5.0)] {
+            let mut all = Vec::new();
+            for method in METHODS {
+                let mut sample = Sample::new(&case, method, over);
+                let speed = 0.1;
+                let viscosity = sample.case.material.density * speed * sample.height / reynolds;
+                sample.case.material.curve = FlowCurve::Bingham {
+                    yield_stress: bingham * viscosity * speed / sample.height,
+                    plastic_viscosity: viscosity,
+                };
+                let heights = [0.8, 0.6, 0.4].map(|share| share * sample.height);
+                let (forces, off) = closing(&sample, &heights)?;
+                let what =
+                    format!("{method}, Re {reynolds}, Bingham number {bingham}, {over} over the height");
+                let rises = forces.is_sorted();
+                checks.push(context.at_least(
+                    "rises",
+                    format!("force rises, {what}"),
+                    f64::from(u8::from(rises)),
+                )?);
+                checks.extend(kept(context, &what, off)?.map(|check| judged(check, over)));
+                all.push(forces.iter().map(|force| force / (viscosity * speed)).collect::<Vec<f64>>());
+            }
+            for (n, height) in [0.8, 0.6, 0.4].iter().enumerate() {
+                let name = format!(
+                    "force over mu U at {height} H by particles, of that by the lattice, Re {reynolds}, Bingham number {bingham}, {over} over the height"
+                );
+                checks.push(judged(context.relative("methods", name, "", all[0][n], all[1][n])?, over));
+            }
+        }
+    }
+    checks.push(shown("heights are read at whole numbers of cells", 0.0));
+    Ok(checks)
+}
