@@ -44,7 +44,7 @@ pub(crate) fn check(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
     cells(&case.domain, &case.method, document)?;
     match &case.method {
         Method::Lbm(lbm) => scheme(lbm, case, document)?,
-        Method::Isph(_) => particles(case, document)?,
+        Method::Isph(_) | Method::Ldd(_) => particles(case, document)?,
     }
     for (index, region) in case.fluid.iter().enumerate() {
         let path = format!("fluid.{index}");
@@ -214,7 +214,7 @@ fn particles(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
     ];
     if let Some((key, what, _)) = unknown.into_iter().find(|(.., present)| *present) {
         let place = document.locate(key);
-        let problem = format!("the method `isph` does not know {what}");
+        let problem = format!("the method `{}` does not know {what}", case.method.name());
         return Err(Fault::new(place, problem, "leave this out, or write method = \"lbm\"")
             .related(document.find("method"), "the method"));
     }
@@ -227,7 +227,7 @@ fn particles(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
         (None, Some(solid)) => format!("{}.surface", solid_path(solid, document)),
         (None, None) => return Ok(()),
     };
-    let problem = "the method `isph` knows no walls with a film";
+    let problem = format!("the method `{}` knows no walls with a film", case.method.name());
     let advice = "write \"no_slip\", \"free_slip\" or a slip length, or method = \"lbm\"";
     Err(Fault::new(document.locate(&place), problem, advice))
 }

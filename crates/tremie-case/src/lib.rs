@@ -27,9 +27,9 @@ pub mod units;
 
 pub use case::{
     AboveFill, Cage, Case, Collision, Course, Domain, FillingGauge, FluidRegion, FrontGauge, Gauges, Inlet,
-    Isph, Lattice, Layer, Lbm, LevelGauge, LightGauge, Material, MeshFile, Method, NamedFile, Outlet, Output,
-    Precision, Preset, PressureGauge, Rest, Role, Side, Solid, SpreadGauge, Stepping, Stop, StrainConvention,
-    StressStep, Surface, Textbook,
+    Isph, Lattice, Layer, Lbm, Ldd, LddCoupling, LddLaplacian, LddScheme, LevelGauge, LightGauge, Material,
+    MeshFile, Method, NamedFile, Outlet, Output, Precision, Preset, PressureGauge, Rest, Role, Side, Solid,
+    SpreadGauge, Stepping, Stop, StrainConvention, StressStep, Surface, Textbook,
 };
 pub use cuts::{Beam, Cuts, Plane};
 pub use fault::{CaseError, InvalidCase};

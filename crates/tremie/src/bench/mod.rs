@@ -206,7 +206,7 @@ fn fibres(number: usize, closer: f64) -> anyhow::Result<Work> {
 fn pace(case: &Case) -> anyhow::Result<Work> {
     let precision = match &case.method {
         Method::Lbm(lbm) => lbm.precision,
-        Method::Isph(_) => Precision::F64,
+        Method::Isph(_) | Method::Ldd(_) => Precision::F64,
     };
     let mut simulation = plan::simulation(case);
     for _ in 0..WARM_UP {
