@@ -28,6 +28,8 @@ pub(crate) struct LagrangianDifferencing {
     left: u64,
     /// Updates of nodes since the start of the process.
     updates: u64,
+    /// Iterations of both linear systems since then.
+    iterations: [u64; 2],
     /// A speed in m/s that is not reached by anything right.
     runaway: f64,
 }
@@ -54,7 +56,7 @@ impl LagrangianDifferencing {
         settle(&mut nodes);
         // Where nothing is known that drives it, there is no bound.
         let runaway = if fastest > 0.0 { RUNAWAY * fastest } else { f64::INFINITY };
-        Self { case: case.clone(), nodes, whose, left: 0, updates: 0, runaway }
+        Self { case: case.clone(), nodes, whose, left: 0, updates: 0, iterations: [0; 2], runaway }
     }
 
     /// What a checkpoint must be for.
@@ -139,6 +141,9 @@ impl Simulation for LagrangianDifferencing {
             };
             return Err(self.breakdown(at, failure.to_string(), advice));
         }
+        for (all, taken) in self.iterations.iter_mut().zip(self.nodes.iterations) {
+            *all += taken as u64;
+        }
         self.drain();
         let (at, speed) = self.fastest();
         if speed.is_nan() || speed > self.runaway {
@@ -173,7 +178,13 @@ impl Simulation for LagrangianDifferencing {
 
     fn load(&self) -> Load {
         let number = self.nodes.positions.len();
-        Load { wet: number, allocated: number, bytes: self.nodes.bytes(), updates: self.updates }
+        Load {
+            wet: number,
+            allocated: number,
+            bytes: self.nodes.bytes(),
+            updates: self.updates,
+            iterations: self.iterations,
+        }
     }
 
     fn save(&self) -> State {

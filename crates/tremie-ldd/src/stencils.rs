@@ -58,7 +58,9 @@ impl<'a> Stencils<'a> {
                     Operators::Exact => gradients.exact_laplacian(a).filter(|weights| !leans(weights)),
                     Operators::Paper => None,
                 };
-                exact.or_else(|| gradients.laplacian(a)).unwrap_or_else(natural)
+                exact
+                    .or_else(|| gradients.laplacian(a).filter(|weights| !leans(weights)))
+                    .unwrap_or_else(natural)
             };
             let outward = match gradients.leaning(a) {
                 Some(b) if surface[a] => -b.normalize_or_zero(),
