@@ -226,10 +226,11 @@ impl<'a> Gradients<'a> {
         Some(self.around(node).map(|(_, x, g)| weight(x, g)).collect())
     }
 
-    /// The matrix of -div(k grad f) with k at the nodes, between two nodes their harmonic mean; identity in the rows that are `given` or cannot be told.
-    pub fn diffusion(&self, k: &[f64], given: impl Fn(usize) -> bool + Sync) -> Matrix {
+    /// The matrix of -div(k grad f) with k at the nodes, between two nodes their harmonic mean, by Laplacians that are `exact` for quadratic fields or not; identity in the rows that are `given` or cannot be told.
+    pub fn diffusion(&self, k: &[f64], given: impl Fn(usize) -> bool + Sync, exact: bool) -> Matrix {
+        let laplacian = |i: usize| if exact { self.exact_laplacian(i) } else { self.laplacian(i) };
         let row = |i: usize| {
-            let Some(c) = (!given(i)).then(|| self.laplacian(i)).flatten() else { return (1.0, Vec::new()) };
+            let Some(c) = (!given(i)).then(|| laplacian(i)).flatten() else { return (1.0, Vec::new()) };
             let between = |j: usize| 2.0 * k[i] * k[j] / (k[i] + k[j]);
             let others = self.neighbours.of(i).iter().zip(c);
             let others: Vec<(u32, f64)> = others.map(|(j, c)| (*j, -c * between(*j as usize))).collect();

@@ -137,7 +137,8 @@ fn what_the_schema_needs_the_reader_needs() {
             section => section,
         };
         // Another method's section is needed for that method.
-        let other = |rule: &&Value| rule["if"]["properties"]["method"]["const"] == "isph";
+        let method = |rule: &Value| rule["if"]["properties"]["method"]["const"].clone();
+        let other = |rule: &&Value| method(rule) == "isph" || method(rule) == "ldd";
         let rules = section["allOf"].as_array().into_iter().flatten().filter(|rule| !other(rule));
         let rules = rules.map(|rule| &rule["then"]);
         let needed = [section]
