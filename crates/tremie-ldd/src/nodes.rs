@@ -186,7 +186,10 @@ impl Nodes {
                 let diffusion = self.push(&stencils, &pushed, step)?;
                 let (pressures, velocities) = (&mut self.pressures, &self.velocities);
                 let wanted = half_way(&stencils, velocities, step);
-                let projection = poisson.project(&pushed, pressures, velocities, step, &wanted)?;
+                let viscosity: Vec<f64> =
+                    self.shear_rates.iter().map(|rate| fluid.viscosity(*rate)).collect();
+                let projection =
+                    poisson.project(&pushed, pressures, velocities, step, &wanted, &viscosity)?;
                 let pushes = pressure::slopes(&stencils, &fluid, &self.pressures);
                 let share = step / fluid.density;
                 for (u, (new, old)) in self.velocities.iter_mut().zip(pushes.iter().zip(&pushed)) {
@@ -197,7 +200,7 @@ impl Nodes {
             Coupling::PressureFirst => {
                 let weight = vec![fluid.density * fluid.gravity; around.number];
                 let (pressures, none) = (&mut self.pressures, vec![0.0; around.number]);
-                let projection = poisson.project(&weight, pressures, &self.velocities, step, &none)?;
+                let projection = poisson.project(&weight, pressures, &self.velocities, step, &none, &none)?;
                 let pushed = pressure::slopes(&stencils, &fluid, &self.pressures);
                 [self.push(&stencils, &pushed, step)?, projection]
             }

@@ -4,8 +4,14 @@
 //!     lap p' = div(rho u*/dt + grad p),    p' = 0 at the free surface,    n . grad p' = rho n . g at walls
 //! ```
 //!
-//! with u* what the velocities are under the pressure p; in the order of the paper p = 0 and u* = u (Basic 2021, Eq. 17). All of p' is found anew, not only its change: what the Laplacian sees of a
-//! pressure and the divergence of its gradient does not would add up from step to step. Images in walls have the pressure of their nodes and the weight of the fluid between them.
+//! with u* what the velocities are under the pressure p; in the order of the paper p = 0 and u* = u (Basic 2021, Eq. 17). What the Laplacian sees of a pressure and the divergence of its gradient does not
+//! would add up from step to step if only the change of p were found, but if all of it is, the fluid is never quite free of divergence, the less the stiffer it is. So of div grad p the share
+//!
+//! ```text
+//!     s = 1/(1 + 2 d mu dt/(rho D^2))
+//! ```
+//!
+//! is told by the divergence and the rest by the Laplacian (D: spacing): as elements are stabilised that have velocity and pressure at the same nodes (Hughes, Franca and Balestra 1986). Images in walls have the pressure of their nodes and the weight of the fluid between them.
 
 use tremie_cloud::{Failure, Matrix, Method, Multigrid, Settings, Source, solve};
 use tremie_numerics::DVec3;
@@ -101,15 +107,26 @@ impl<'a> Poisson<'a> {
         velocities: &[DVec3],
         step: f64,
         wanted: &[f64],
+        viscosity: &[f64],
     ) -> Result<usize, Failure> {
         let (around, fluid) = (self.stencils.around, self.fluid);
         let rate = fluid.density / step;
         let weight = fluid.density * fluid.gravity;
-        let all: Vec<DVec3> = around.mirrored(|source| {
-            let pushed = weight + source.mirror * (pushed[source.of] - weight);
-            rate * (source.turn * velocities[source.of] + source.carried) + pushed
-        });
-        self.solve(|a| self.stencils.divergence(a, &all) - rate * wanted[a], pressures)
+        let stiff = 2.0 * around.dimension.number() as f64 / (rate * around.spacing * around.spacing);
+        let mut bends = vec![0.0; around.number];
+        self.matrix.times(pressures, &mut bends);
+        let moved: Vec<DVec3> =
+            around.mirrored(|source| source.turn * velocities[source.of] + source.carried);
+        let pushes: Vec<DVec3> =
+            around.mirrored(|source| weight + source.mirror * (pushed[source.of] - weight));
+        let source = |a: usize| {
+            let told = 1.0 / (1.0 + stiff * viscosity[a]);
+            let laplacian = self.weights[a].unwrap_or(0.0) - bends[a];
+            rate * (self.stencils.divergence(a, &moved) - wanted[a])
+                + told * self.stencils.divergence(a, &pushes)
+                + (1.0 - told) * laplacian
+        };
+        self.solve(source, pressures)
     }
 }
 

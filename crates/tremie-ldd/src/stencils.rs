@@ -11,6 +11,12 @@ const PAPER: f64 = 1.6;
 /// Share of the negative weights of a Laplacian in all of them from which on the paper's is taken.
 const NEGATIVE: f64 = 0.2;
 
+/// One-sidedness times the spacing from which on a node is loose: at a flat surface it is 1, and 1.05 at an edge of right angles. What is told from so few neighbours
+/// is not to be trusted: nothing presses on such a node, and it is taken along by others only.
+const LOOSE: f64 = 1.5;
+/// Share of a lattice's neighbours, by distance, below which a node is at the surface, however they stand: at a flat one it is 0.67.
+const THIN: f64 = 0.62;
+
 /// The kernel of nodes.
 pub(crate) fn kernel(space: &Space) -> Smoothing {
     Smoothing::new(Kernel::Cubic, space.dimension, REACH * space.spacing)
@@ -24,30 +30,38 @@ pub(crate) struct Stencils<'a> {
     laplacians: Vec<f64>,
     /// Which nodes are at the free surface.
     pub(crate) surface: Vec<bool>,
-    /// The way out of the fluid of those; zero for others.
+    /// Which of those have too few neighbours.
+    pub(crate) loose: Vec<bool>,
+    /// The way out of the fluid of those at the surface; zero for others.
     pub(crate) outward: Vec<DVec3>,
 }
 
 impl<'a> Stencils<'a> {
     pub(crate) fn new(around: &'a Surroundings, operators: Operators) -> Self {
-        let with = |kernel: Smoothing| {
-            let weight = move |_, _, distance: f64| kernel.weight(distance);
-            Gradients::new(&around.positions, &around.near, around.dimension, weight)
+        let reach = around.kernel.support();
+        // Weights with no peak: who is very near shall not count for much more than who is near.
+        let share = |distance: f64| (1.0 - (distance / reach).powi(2)).max(0.0).powi(2);
+        let even = |_, _, distance: f64| share(distance);
+        let evenly = Gradients::new(&around.positions, &around.near, around.dimension, even);
+        // In spray that hits a wall images are on one side, and hardly anybody is on the other.
+        let full = around.on_lattice(share) / around.volume - 1.0;
+        let thin = |a: usize| around.around(a).map(|(_, x, _)| share(x.length())).sum::<f64>() < THIN * full;
+        let leans = at_surface(&evenly, reach);
+        let surface = around.each(|a| leans[a] || thin(a));
+        let kernel = match operators {
+            Operators::Exact => around.kernel,
+            Operators::Paper => Smoothing::new(Kernel::Cubic, around.dimension, PAPER * around.spacing),
         };
-        let wide = with(around.kernel);
-        let surface = at_surface(&wide, around.kernel.support());
-        let (gradients, kernel) = match operators {
-            Operators::Exact => (wide, around.kernel),
-            Operators::Paper => {
-                let kernel = Smoothing::new(Kernel::Cubic, around.dimension, PAPER * around.spacing);
-                (with(kernel), kernel)
-            }
-        };
+        let weight = |_, _, distance: f64| kernel.weight(distance);
+        let gradients = Gradients::new(&around.positions, &around.near, around.dimension, weight);
         let d = around.dimension.number() as f64;
         let whole = around.on_lattice(|r| kernel.weight(r) * r * r) / around.volume;
         let of = |a: usize| {
             let number = around.near.of(a).len();
-            let slopes = gradients.slopes(a).unwrap_or_else(|| vec![DVec3::ZERO; number]);
+            let far = surface[a] && evenly.leaning(a).is_none_or(|b| b.length() * around.spacing > LOOSE);
+            let slopes = if far { None } else { gradients.slopes(a) };
+            let loose = slopes.is_none();
+            let slopes = slopes.unwrap_or_else(|| vec![DVec3::ZERO; number]);
             // At the surface neighbours that are not there are without stress: those that are weigh as in the lattice.
             let natural =
                 || around.around(a).map(|(_, x, _)| 2.0 * d / whole * kernel.weight(x.length())).collect();
@@ -55,29 +69,31 @@ impl<'a> Stencils<'a> {
                 natural()
             } else {
                 let exact = match operators {
-                    Operators::Exact => gradients.exact_laplacian(a).filter(|weights| !leans(weights)),
+                    Operators::Exact => gradients.exact_laplacian(a).filter(|weights| !mixed(weights)),
                     Operators::Paper => None,
                 };
                 exact
-                    .or_else(|| gradients.laplacian(a).filter(|weights| !leans(weights)))
+                    .or_else(|| gradients.laplacian(a).filter(|weights| !mixed(weights)))
                     .unwrap_or_else(natural)
             };
             let outward = match gradients.leaning(a) {
                 Some(b) if surface[a] => -b.normalize_or_zero(),
                 _ => DVec3::ZERO,
             };
-            (slopes, laplacian, outward)
+            (slopes, laplacian, outward, loose)
         };
         let rows = around.each(of);
-        let (mut slopes, mut laplacians, mut outward) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut slopes, mut laplacians) = (Vec::new(), Vec::new());
+        let (mut outward, mut loose) = (Vec::new(), Vec::new());
         slopes.reserve(around.near.pairs());
         laplacians.reserve(around.near.pairs());
-        for (of, laplacian, out) in rows {
+        for (of, laplacian, out, alone) in rows {
             slopes.extend(of);
             laplacians.extend(laplacian);
             outward.push(out);
+            loose.push(alone);
         }
-        Self { around, slopes, laplacians, surface, outward }
+        Self { around, slopes, laplacians, surface, loose, outward }
     }
 
     /// Numbers of a node's neighbours, their weights in its gradients, and in its Laplacian.
@@ -105,10 +121,21 @@ impl<'a> Stencils<'a> {
         self.pairs(node).map(|(n, g, _)| (u[n] - u[node]).dot(g)).sum()
     }
 
-    /// Shear rates sqrt(2 E:E) in 1/s of velocities in m/s of nodes.
+    /// Shear rates sqrt(2 E:E) in 1/s of velocities in m/s of nodes; of loose ones the mean of how fast they go past others, over the distance.
     pub(crate) fn shear_rates(&self, velocities: &[DVec3]) -> Vec<f64> {
         let all = self.around.velocities(velocities);
+        let past = |a: usize| {
+            let of = |(n, x, _): (usize, DVec3, _)| {
+                let share = self.around.kernel.weight(x.length());
+                (share, share * all[a].distance(all[n]) / x.length())
+            };
+            let sums = self.around.around(a).map(of).fold((0.0, 0.0), |sum, of| (sum.0 + of.0, sum.1 + of.1));
+            if sums.0 > 0.0 { sums.1 / sums.0 } else { 0.0 }
+        };
         self.around.each(|a| {
+            if self.loose[a] {
+                return past(a);
+            }
             let l = self.velocity_gradient(a, &all);
             let e = 0.5 * (l + l.transpose());
             (2.0 * e.to_cols_array().into_iter().map(|x| x * x).sum::<f64>()).sqrt()
@@ -122,7 +149,7 @@ impl<'a> Stencils<'a> {
 }
 
 /// Whether too many of a Laplacian's weights are negative.
-fn leans(weights: &[f64]) -> bool {
+fn mixed(weights: &[f64]) -> bool {
     let (all, negative) =
         weights.iter().fold((0.0, 0.0), |(all, negative), c| (all + c.abs(), negative - c.min(0.0)));
     negative > NEGATIVE * all

@@ -4,9 +4,11 @@
 //!     rho/dt (u_i - u_i^n) = F_i + sum_j c_ij mu_ij (u_j - u_i) + L_i^T m_i,      m_i = sum_j c_ij mu_ij x_ij
 //! ```
 //!
-//! with the weights c of the Laplacian, mu_ij the harmonic mean, L_i = grad u at the node, and F what else pushes, in N/m3. The sum stands for div(mu grad u) and m for grad mu, so that the last term is
+//! with the weights c of the Laplacian, mu_ij the harmonic mean, L_i = grad u at the node by neighbours of the weights W mu_ij, and F what else pushes, in N/m3. The sum stands for div(mu grad u) and m for grad mu, so that the last term is
 //! (grad u)^T grad mu, and all of it div(2 mu E), which Basic (2021, Eq. 18) writes mu lap u + 2 E grad mu. Both terms are of the new velocities: a solid turn, u_j - u_i = W x_ij with an antisymmetric W,
 //! makes the sum W m and the last term -W m, and costs nothing, whatever the viscosities.
+//!
+//! By those weights the last term resists what the first does, too, or nothing: with others, between a stiff and a soft neighbour at the surface, it could drive the node.
 //!
 //! At the surface c is as in the lattice, and the sum over c x_ij points into the fluid: what is missing on the other side is the stress that is not there.
 
@@ -16,7 +18,7 @@ use tremie_simulation::scattered::Pull;
 
 use crate::stencils::Stencils;
 
-const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-6, iterations: 2000 };
+const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-5, iterations: 2000 };
 
 /// Viscosity times a step over density and spacing^2 up to which the diagonal alone is the preconditioner.
 const MILD: f64 = 10.0;
@@ -46,18 +48,34 @@ fn pairs(
     turns: bool,
 ) -> impl Iterator<Item = (usize, DMat3)> {
     let around = stencils.around;
-    let between = move |n: usize, c: f64| {
+    let mean = move |n: usize| {
         let (one, other) = (viscosity[node], viscosity[around.sources[n].of]);
-        c * 2.0 * one * other / (one + other)
+        2.0 * one * other / (one + other)
     };
     let at = around.positions[node];
-    let slope: DVec3 = match turns {
-        true => stencils.pairs(node).map(|(n, _, c)| between(n, c) * (around.positions[n] - at)).sum(),
-        false => DVec3::ZERO,
-    };
-    stencils.pairs(node).map(move |(n, g, c)| {
-        let turned = DMat3::from_cols(slope.x * g, slope.y * g, slope.z * g);
-        (n, DMat3::from_diagonal(DVec3::splat(between(n, c))) + turned)
+    let weight = move |n: usize, x: DVec3| around.kernel.weight(x.length()) * mean(n);
+    let (mut slope, mut moment) = (DVec3::ZERO, DMat3::ZERO);
+    if turns && !stencils.loose[node] {
+        for (n, _, c) in stencils.pairs(node) {
+            let x = around.positions[n] - at;
+            let stiff = weight(n, x) * x;
+            slope += c * mean(n) * x;
+            moment += DMat3::from_cols(x.x * stiff, x.y * stiff, x.z * stiff);
+        }
+        if stencils.flat() {
+            moment.y_axis.y = moment.x_axis.x + moment.z_axis.z;
+        }
+    }
+    let inverse = moment.inverse();
+    let turned = if inverse.is_finite() { slope } else { DVec3::ZERO };
+    stencils.pairs(node).map(move |(n, _, c)| {
+        let mut block = DMat3::from_diagonal(DVec3::splat(c * mean(n)));
+        if turned != DVec3::ZERO {
+            let x = around.positions[n] - at;
+            let g = inverse * (weight(n, x) * x);
+            block += DMat3::from_cols(turned.x * g, turned.y * g, turned.z * g);
+        }
+        (n, block)
     })
 }
 
