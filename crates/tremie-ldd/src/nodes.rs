@@ -85,6 +85,9 @@ const CLOSEST: f64 = 0.25;
 /// How far nodes that are too near to each other may part in a step, over the way that they go past others in it; and in how many sweeps.
 const PARTS: f64 = 0.5;
 const SWEEPS: usize = 5;
+/// Spacings below which neighbours are so near that a node may go so many in any case to part from them.
+const CROWDED: f64 = 0.55;
+const LEAVES: f64 = 0.1;
 /// Largest change of a velocity over the way to a neighbour in a step that is seen in where it goes.
 const TURNS: f64 = 0.1;
 /// How often viscosities and velocities are found from each other at most, until these change by so little of the largest.
@@ -270,8 +273,13 @@ impl Nodes {
         let images = images.map(|(at, follower)| *at + follower.turn * ways[follower.of]);
         let gone = around.positions.iter().zip(&ways).map(|(at, way)| *at + *way);
         let all: Vec<DVec3> = gone.chain(images).collect();
-        let most: Vec<f64> = past.iter().map(|speed| PARTS * speed * step).collect();
         let (spacing, dimension) = (space.spacing, space.dimension);
+        let most = around.each(|a| {
+            let others = around.around(a).filter(|(.., source)| source.wall.is_none());
+            let nearest = others.map(|(_, x, _)| x.length()).fold(f64::MAX, f64::min);
+            let least = if nearest < CROWDED * spacing { LEAVES * spacing } else { 0.0 };
+            (PARTS * past[a] * step).max(least)
+        });
         let parted =
             reorder(&all, &around.near, &followers, spacing, dimension, &most, &stencils.outward, SWEEPS);
         // At the surface gradients are told from one side only.

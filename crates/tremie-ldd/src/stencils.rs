@@ -14,8 +14,10 @@ const NEGATIVE: f64 = 0.2;
 /// One-sidedness times the spacing from which on a node is loose: at a flat surface it is 1, and 1.05 at an edge of right angles. What is told from so few neighbours
 /// is not to be trusted: nothing presses on such a node, and it is taken along by others only.
 const LOOSE: f64 = 1.5;
-/// Share of a lattice's neighbours, by distance, below which a node is at the surface, however they stand: at a flat one it is 0.67.
-const THIN: f64 = 0.62;
+/// Share of a lattice's neighbours, by distance, below which a node is at the surface, however they stand: at a flat one it is 0.67, and 0.59 in a corner where a node's own images do not count.
+const THIN: f64 = 0.55;
+/// Share of neighbours, by distance, that must not be at the surface for a node that is not: in a sheet of two layers on a wall it is a half.
+const INNER: f64 = 0.3;
 
 /// The kernel of nodes.
 pub(crate) fn kernel(space: &Space) -> Smoothing {
@@ -32,7 +34,7 @@ pub(crate) struct Stencils<'a> {
     pub(crate) surface: Vec<bool>,
     /// Which of those have too few neighbours.
     pub(crate) loose: Vec<bool>,
-    /// The way out of the fluid of those at the surface; zero for others.
+    /// The way out of the fluid of those at the surface that are not loose; zero for others.
     pub(crate) outward: Vec<DVec3>,
 }
 
@@ -43,11 +45,24 @@ impl<'a> Stencils<'a> {
         let share = |distance: f64| (1.0 - (distance / reach).powi(2)).max(0.0).powi(2);
         let even = |_, _, distance: f64| share(distance);
         let evenly = Gradients::new(&around.positions, &around.near, around.dimension, even);
-        // In spray that hits a wall images are on one side, and hardly anybody is on the other.
+        // In spray that hits a wall images are on one side, and hardly anybody is on the other; that a node sees itself tells nothing.
         let full = around.on_lattice(share) / around.volume - 1.0;
-        let thin = |a: usize| around.around(a).map(|(_, x, _)| share(x.length())).sum::<f64>() < THIN * full;
+        let thin = |a: usize| {
+            let others = around.around(a).filter(|(_, _, source)| source.of != a);
+            others.map(|(_, x, _)| share(x.length())).sum::<f64>() < THIN * full
+        };
         let leans = at_surface(&evenly, reach);
-        let surface = around.each(|a| leans[a] || thin(a));
+        let outer = around.each(|a| leans[a] || thin(a));
+        // Among nodes at the surface only, one alone would have a pressure that drives it on.
+        let alone = |a: usize| {
+            let others = around.around(a).filter(|(.., source)| source.wall.is_none());
+            let (inner, all) = others.fold((0.0, 0.0), |(inner, all), (_, x, source)| {
+                let share = share(x.length());
+                (inner + if outer[source.of] { 0.0 } else { share }, all + share)
+            });
+            inner < INNER * all
+        };
+        let surface = around.each(|a| outer[a] || alone(a));
         let kernel = match operators {
             Operators::Exact => around.kernel,
             Operators::Paper => Smoothing::new(Kernel::Cubic, around.dimension, PAPER * around.spacing),
@@ -77,7 +92,7 @@ impl<'a> Stencils<'a> {
                     .unwrap_or_else(natural)
             };
             let outward = match gradients.leaning(a) {
-                Some(b) if surface[a] => -b.normalize_or_zero(),
+                Some(b) if surface[a] && !loose => -b.normalize_or_zero(),
                 _ => DVec3::ZERO,
             };
             (slopes, laplacian, outward, loose)
