@@ -342,6 +342,8 @@ pub enum Method {
     Lbm(Lbm),
     /// Incompressible smoothed particle hydrodynamics, by one of its schemes.
     Isph(Isph),
+    /// Lagrangian differencing dynamics.
+    Ldd(Ldd),
 }
 
 impl Method {
@@ -351,6 +353,7 @@ impl Method {
             Self::Lbm(_) => "lbm",
             Self::Isph(Isph { scheme: Scheme::Projection, .. }) => "isph",
             Self::Isph(Isph { scheme: Scheme::ThreeStep(_), .. }) => "sph",
+            Self::Ldd(_) => "ldd",
         }
     }
 
@@ -359,6 +362,7 @@ impl Method {
         match self {
             Self::Lbm(lbm) => lbm.cell_size,
             Self::Isph(isph) => isph.spacing,
+            Self::Ldd(ldd) => ldd.spacing,
         }
     }
 
@@ -367,6 +371,7 @@ impl Method {
         match self {
             Self::Lbm(lbm) => lbm.cell_size = size,
             Self::Isph(isph) => isph.spacing = size,
+            Self::Ldd(ldd) => ldd.spacing = size,
         }
     }
 
@@ -376,8 +381,57 @@ impl Method {
             Self::Lbm(_) => "lbm.cell_size",
             Self::Isph(Isph { scheme: Scheme::Projection, .. }) => "isph.spacing",
             Self::Isph(Isph { scheme: Scheme::ThreeStep(_), .. }) => "sph.spacing",
+            Self::Ldd(_) => "ldd.spacing",
         }
     }
+}
+
+/// Settings of Lagrangian differencing dynamics.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ldd {
+    /// Distance of nodes in m; the domain is a whole number of them along each axis.
+    pub spacing: f64,
+    /// Spacings that a node may go in a step.
+    pub courant: f64,
+    /// Longest step in s, if there is one.
+    pub time_step: Option<f64>,
+    /// In which order pressure and velocity are found.
+    pub coupling: LddCoupling,
+    /// What of a step's stress is that of the new velocities.
+    pub scheme: LddScheme,
+    /// Which Laplacian is taken.
+    pub laplacian: LddLaplacian,
+    /// Largest apparent viscosity in Pa s; chosen by the solver if absent.
+    pub largest_viscosity: Option<f64>,
+}
+
+/// In which order pressure and velocity are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LddCoupling {
+    /// Velocities under the old pressure, and then the new one.
+    Incremental,
+    /// The pressure, and then velocities under it.
+    PressureFirst,
+}
+
+/// What of a step's stress is that of the new velocities.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LddScheme {
+    /// All but the apparent viscosity.
+    Lagged,
+    /// The apparent viscosity, too.
+    Implicit,
+    /// What Basic (2021, Eq. 19) takes: viscosity times the Laplacian of the velocity.
+    Paper,
+}
+
+/// Which Laplacian is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LddLaplacian {
+    /// Exact for quadratic fields.
+    Exact,
+    /// That of Basic (2021, Eq. 15).
+    Paper,
 }
 
 /// Settings of incompressible smoothed particle hydrodynamics.

@@ -44,7 +44,7 @@ pub(crate) fn check(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
     cells(&case.domain, &case.method, document)?;
     match &case.method {
         Method::Lbm(lbm) => scheme(lbm, case, document)?,
-        Method::Isph(_) => particles(case, document)?,
+        Method::Isph(_) | Method::Ldd(_) => particles(case, document)?,
     }
     for (index, region) in case.fluid.iter().enumerate() {
         let path = format!("fluid.{index}");

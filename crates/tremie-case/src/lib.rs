@@ -29,9 +29,10 @@ pub mod units;
 pub use beam::{BeamCase, BeamFibres, BeamLattice, BeamTest, FibreBond, Lying, Matrix};
 pub use case::{
     AboveFill, Cage, Case, Collision, Course, Domain, FillingGauge, FluidRegion, FrontGauge, Gauges, Inlet,
-    Isph, Lattice, Layer, Lbm, LevelGauge, LightGauge, Load, Loaded, Material, MeshFile, Method, NamedFile,
-    Outlet, Output, Precision, Preset, PressureGauge, PressureStep, Rest, Role, Scheme, Side, Solid,
-    SpreadGauge, Stepping, Stop, StrainConvention, StressStep, Surface, Textbook,
+    Isph, Lattice, Layer, Lbm, Ldd, LddCoupling, LddLaplacian, LddScheme, LevelGauge, LightGauge, Load,
+    Loaded, Material, MeshFile, Method, NamedFile, Outlet, Output, Precision, Preset, PressureGauge,
+    PressureStep, Rest, Role, Scheme, Side, Solid, SpreadGauge, Stepping, Stop, StrainConvention, StressStep,
+    Surface, Textbook,
 };
 pub use cuts::{Beam, Cuts, Plane};
 pub use fault::{CaseError, InvalidCase};

@@ -16,9 +16,9 @@ use tremie_suspension::Inclusions;
 use crate::bars;
 use crate::case::{
     AboveFill, Cage, Case, Collision, Course, Domain, FillingGauge, FluidRegion, FrontGauge, Gauges, Inlet,
-    Isph, Lattice, Layer, Lbm, LevelGauge, LightGauge, Load, Material, Method, Outlet, Output, Precision,
-    Preset, PressureGauge, PressureStep, Rest, Role, Scheme, Side, Solid, SpreadGauge, Stepping, Stop,
-    StrainConvention, StressStep, Surface,
+    Isph, Lattice, Layer, Lbm, Ldd, LddCoupling, LddLaplacian, LddScheme, LevelGauge, LightGauge, Load,
+    Material, Method, Outlet, Output, Precision, Preset, PressureGauge, PressureStep, Rest, Role, Scheme,
+    Side, Solid, SpreadGauge, Stepping, Stop, StrainConvention, StressStep, Surface,
 };
 use crate::describe::object;
 use crate::document::{
@@ -1365,7 +1365,84 @@ const METHOD: Switch<Method> = Switch {
         ("lbm", "free-surface lattice Boltzmann", LBM),
         ("isph", "incompressible smoothed particle hydrodynamics", ISPH),
         ("sph", "smoothed particle hydrodynamics in three steps, with wall particles", SPH),
+        ("ldd", "Lagrangian differencing dynamics", LDD),
     ],
+};
+
+const LDD: Section<Method> = {
+    const SPACING: Need<Quantity> =
+        need("spacing", "distance of nodes", quantity(Dimension::LENGTH, Bound::Positive, "5 mm"));
+    const COURANT: Or<Quantity> = or(
+        "courant",
+        "0.3",
+        "limit of the time step: how far a node may go in it, over the spacing",
+        quantity(Dimension::NUMBER, Bound::UpTo(2.0), "0.3"),
+    );
+    const TIME_STEP: Maybe<Quantity> =
+        maybe("time_step", "longest step; if absent, as long as the flow allows", TIME);
+    const COUPLING: Or<Choice<LddCoupling>> = or(
+        "coupling",
+        "\"incremental\"",
+        "in which order pressure and velocity are found",
+        Choice(&[
+            (
+                "incremental",
+                "velocities under the old pressure, and then what it must be besides",
+                LddCoupling::Incremental,
+            ),
+            (
+                "pressure_first",
+                "the pressure from the old velocities, and then the new ones, as Basic (2021) has it",
+                LddCoupling::PressureFirst,
+            ),
+        ]),
+    );
+    const SCHEME: Or<Choice<LddScheme>> = or(
+        "scheme",
+        "\"lagged\"",
+        "what of a step's stress is that of the new velocities",
+        Choice(&[
+            ("lagged", "all but the apparent viscosity", LddScheme::Lagged),
+            ("implicit", "the apparent viscosity, too: several solutions a step", LddScheme::Implicit),
+            (
+                "paper",
+                "viscosity times the Laplacian of the velocity only, as Basic (2021) has it",
+                LddScheme::Paper,
+            ),
+        ]),
+    );
+    const LAPLACIAN: Or<Choice<LddLaplacian>> = or(
+        "laplacian",
+        "\"exact\"",
+        "how second derivatives are told",
+        Choice(&[
+            ("exact", "exact for quadratic fields, over 2.1 spacings", LddLaplacian::Exact),
+            ("paper", "as Basic (2021, Eq. 15) has it, over 1.6 spacings", LddLaplacian::Paper),
+        ]),
+    );
+    const LARGEST: Maybe<Quantity> = maybe(
+        "largest_viscosity",
+        "apparent viscosity of fluid that has not yielded; if absent, so large that it creeps by 1 % until the stop time under half of its yield stress",
+        quantity(Dimension::VISCOSITY, Bound::Positive, "50 kPa s"),
+    );
+    Section {
+        keys: &[&SPACING, &COURANT, &TIME_STEP, &COUPLING, &SCHEME, &LAPLACIAN, &LARGEST],
+        example: &["spacing = \"5 mm\""],
+        read: |t| {
+            let (.., coupling) = t.or(&COUPLING)?;
+            let (.., scheme) = t.or(&SCHEME)?;
+            let (.., laplacian) = t.or(&LAPLACIAN)?;
+            Ok(Method::Ldd(Ldd {
+                spacing: t.need(&SPACING)?,
+                courant: t.or(&COURANT)?,
+                time_step: t.maybe(&TIME_STEP)?,
+                coupling: *coupling,
+                scheme: *scheme,
+                laplacian: *laplacian,
+                largest_viscosity: t.maybe(&LARGEST)?,
+            }))
+        },
+    }
 };
 
 /// Keys of both schemes of particles.

@@ -1,7 +1,7 @@
 //! Who is near whom: the nodes within a radius of each, found by cells of that size.
 //!
-//! Nodes are sorted by their cells, x counting fastest, so that what lies in three cells side by side along x stands together; nine such runs (three in a plane) hold all
-//! that can be near. Lists are in the order of the nodes' numbers, whatever the threads do.
+//! Nodes are sorted by their cells in the box around them, x counting fastest, so that what lies in three cells side by side along x stands together; nine such runs (three in a plane) hold all
+//! that can be near. Where nodes are few for their box, cells are larger. Lists are in the order of the nodes' numbers, whatever the threads do.
 
 use std::ops::Range;
 
@@ -19,12 +19,73 @@ pub struct Neighbours {
     of: Vec<u32>,
 }
 
-/// The cell of a place: z, y, x.
-type Cell = [i64; 3];
+/// Cells for each node at most.
+const CELLS: f64 = 8.0;
 
-fn cell(at: DVec3, size: f64) -> Cell {
-    let [x, y, z] = (at / size).floor().to_array().map(|x| x as i64);
-    [z, y, x]
+/// Nodes in cells.
+struct Grid {
+    low: DVec3,
+    size: f64,
+    count: [usize; 3],
+    /// Where the nodes of each cell begin, and the end of all.
+    starts: Vec<u32>,
+    /// Numbers of nodes by their cells, and where they are.
+    sorted: Vec<(u32, DVec3)>,
+}
+
+impl Grid {
+    fn new(positions: &[DVec3], radius: f64) -> Self {
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for at in positions.iter().filter(|at| at.is_finite()) {
+            (low, high) = (low.min(*at), high.max(*at));
+        }
+        let extent = (high - low).max(DVec3::ZERO);
+        let cells = |size: f64| (extent / size).floor() + 1.0;
+        let mut size = radius;
+        while cells(size).element_product() > (CELLS * positions.len() as f64).max(1.0) {
+            size *= 2.0;
+        }
+        let count = cells(size).to_array().map(|n| n as usize);
+        let mut new = Self {
+            low,
+            size,
+            count,
+            starts: vec![0; count.iter().product::<usize>() + 1],
+            sorted: Vec::new(),
+        };
+        let cells: Vec<usize> = positions.iter().map(|at| new.index(new.cell(*at))).collect();
+        cells.iter().for_each(|cell| new.starts[cell + 1] += 1);
+        (1..new.starts.len()).for_each(|n| new.starts[n] += new.starts[n - 1]);
+        let mut next = new.starts.clone();
+        new.sorted = vec![(0, DVec3::ZERO); positions.len()];
+        for ((n, at), cell) in (0..).zip(positions).zip(cells) {
+            new.sorted[next[cell] as usize] = (n, *at);
+            next[cell] += 1;
+        }
+        new
+    }
+
+    /// The cell of a place along each axis.
+    fn cell(&self, at: DVec3) -> [usize; 3] {
+        let place = ((at - self.low) / self.size).to_array();
+        [0, 1, 2].map(|axis| (place[axis] as usize).min(self.count[axis] - 1))
+    }
+
+    fn index(&self, [x, y, z]: [usize; 3]) -> usize {
+        x + self.count[0] * (y + self.count[1] * z)
+    }
+
+    /// What lies in a cell or beside it.
+    fn around(&self, [x, y, z]: [usize; 3]) -> impl Iterator<Item = &(u32, DVec3)> {
+        let range = |at: usize, axis: usize| at.saturating_sub(1)..(at + 2).min(self.count[axis]);
+        let along = range(x, 0);
+        let rows = range(z, 2).flat_map(move |z| range(y, 1).map(move |y| (y, z)));
+        rows.flat_map(move |(y, z)| {
+            let first = self.starts[self.index([along.start, y, z])];
+            let end = self.starts[self.index([along.end - 1, y, z]) + 1];
+            &self.sorted[first as usize..end as usize]
+        })
+    }
 }
 
 impl Neighbours {
@@ -42,23 +103,13 @@ impl Neighbours {
     /// If there are more than 2^32 nodes.
     pub fn of_first(number: usize, positions: &[DVec3], radius: f64) -> Self {
         assert!(u32::try_from(positions.len()).is_ok(), "so many nodes have no numbers");
-        let mut sorted: Vec<(Cell, u32)> =
-            positions.par_iter().enumerate().map(|(n, at)| (cell(*at, radius), n as u32)).collect();
-        sorted.par_sort_unstable();
-        // The first of those that are sorted in or behind a cell.
-        let first = |cell: Cell| sorted.partition_point(|(of, _)| *of < cell);
+        let grid = Grid::new(positions, radius);
         let list = |n: usize, list: &mut Vec<u32>| {
-            let ([z, y, x], begin) = (cell(positions[n], radius), list.len());
-            for row in 0..9 {
-                let [z, y] = [z + row / 3 - 1, y + row % 3 - 1];
-                let run = &sorted[first([z, y, x - 1])..];
-                let near = run.iter().take_while(|(of, _)| *of <= [z, y, x + 1]).map(|(_, n)| *n);
-                let inside = |other: &u32| {
-                    let distance = positions[*other as usize].distance_squared(positions[n]);
-                    *other as usize != n && distance < radius * radius
-                };
-                list.extend(near.filter(inside));
-            }
+            let (at, begin) = (positions[n], list.len());
+            let near = grid.around(grid.cell(at)).filter(|(other, place)| {
+                *other as usize != n && place.distance_squared(at) < radius * radius
+            });
+            list.extend(near.map(|(other, _)| *other));
             list[begin..].sort_unstable();
         };
         let chunks: Vec<Range<usize>> =

@@ -23,6 +23,7 @@ pub(crate) fn simulation(case: &Case) -> Box<dyn Simulation> {
     match case.method {
         Method::Lbm(_) => tremie_lbm::simulation(case),
         Method::Isph(_) => tremie_sph::simulation(case),
+        Method::Ldd(_) => tremie_ldd::simulation(case),
     }
 }
 
@@ -31,6 +32,7 @@ impl Plan {
         match case.method {
             Method::Lbm(_) => Self::Lattice(tremie_lbm::Plan::new(case)),
             Method::Isph(_) => Self::Particles(tremie_sph::plan(case)),
+            Method::Ldd(_) => Self::Particles(tremie_ldd::plan(case)),
         }
     }
 

@@ -31,6 +31,9 @@ const REPEAT: f64 = 1.0;
 const WARM_UP: usize = 3;
 /// Simulated seconds of a slump with `--quick`.
 const QUICK: f64 = 2.0;
+/// The paper's cases of 50,000 nodes.
+const DAM_BREAK: &str = include_str!("../../../../cases/bingham-dam-break/case.toml");
+const SLUMP: &str = include_str!("../../../../cases/abrams-slump/case.toml");
 /// Populations of a cell.
 const POPULATIONS: f64 = 19.0;
 
@@ -88,6 +91,12 @@ enum Id {
     Isph300k,
     /// A hardened beam with fibres, 10 mm at the crack, tested to an opening of 3.5 mm
     FractureBeam,
+    /// A dam break of mud by 50,000 nodes of Lagrangian differencing
+    #[value(name = "ldd-dam-break-50k")]
+    LddDamBreak50k,
+    /// A slump of viscous concrete in space by 50,000 nodes
+    #[value(name = "ldd-slump-50k")]
+    LddSlump50k,
 }
 
 /// A row of the table, an entry of the list.
@@ -164,6 +173,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<ExitCode> {
             Id::Isph10k => pace(&particles_case(10_000)?)?,
             Id::Isph100k => pace(&particles_case(100_000)?)?,
             Id::Isph300k => pace(&particles_case(300_000)?)?,
+            Id::LddDamBreak50k => pace(&Case::parse("case.toml", DAM_BREAK)?)?,
+            Id::LddSlump50k => pace(&Case::parse("case.toml", SLUMP)?)?,
             Id::Bandwidth | Id::FractureBeam => continue,
         };
         let entry = Entry::new(name(*id), &work, bandwidth);
@@ -241,7 +252,7 @@ fn fibres(number: usize, closer: f64) -> anyhow::Result<Work> {
 fn pace(case: &Case) -> anyhow::Result<Work> {
     let precision = match &case.method {
         Method::Lbm(lbm) => lbm.precision,
-        Method::Isph(_) => Precision::F64,
+        Method::Isph(_) | Method::Ldd(_) => Precision::F64,
     };
     let mut simulation = plan::simulation(case);
     for _ in 0..WARM_UP {
@@ -468,6 +479,10 @@ mod tests {
         for number in [10_000, 100_000, 300_000] {
             let particles = tremie_sph::plan(&particles_case(number).unwrap());
             assert!(particles.plane && (particles.particles as f64 / number as f64 - 1.0).abs() < 0.02);
+        }
+        for text in [DAM_BREAK, SLUMP] {
+            let nodes = tremie_ldd::plan(&Case::parse("case.toml", text).unwrap()).particles as f64;
+            assert!((nodes / 50_000.0 - 1.0).abs() < 0.02, "{nodes}");
         }
         let slump = slump_case(false).unwrap();
         assert_eq!(tremie_lbm::Plan::new(&slump).cells, [150, 150, 61]);

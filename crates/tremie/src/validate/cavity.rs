@@ -172,6 +172,126 @@ pub(super) fn cavity_casson(context: &Context) -> anyhow::Result<Vec<Check>> {
     Ok(checks)
 }
 
+/// Nodes across in the runs of methods without a mesh.
+const NODES: [usize; 2] = [100, 200];
+
+/// Mean velocities on the cells of a flow that is steady but for the disorder of what carries it, over the last third of the case's time.
+fn mean(case: Case) -> anyhow::Result<Cells> {
+    const MOMENTS: usize = 21;
+    let end = case.stop.time;
+    let mut flow = Flow::new(case);
+    let mut sum = vec![DVec3::ZERO; 0];
+    for n in 0..MOMENTS {
+        flow.until(end * (2.0 + n as f64 / (MOMENTS - 1) as f64) / 3.0)?;
+        let now = flow.cells().velocity;
+        sum.resize(now.len(), DVec3::ZERO);
+        sum.iter_mut().zip(now).for_each(|(sum, u)| *sum += u / MOMENTS as f64);
+    }
+    Ok(Cells { velocity: sum, ..flow.cells() })
+}
+
+/// The mean flow in a square cavity with so many nodes across.
+fn square(mut case: Case, nodes: usize) -> anyhow::Result<Lines> {
+    let size = 1.0 / nodes as f64;
+    case.domain.max = DVec3::new(1.0, size, 1.0);
+    case.method.set_resolution(size);
+    Ok(Lines::of(&mean(case)?))
+}
+
+/// What is wrong with the extrema on the centre lines.
+fn extrema(context: &Context, lines: &Lines, exact: [f64; 3], nodes: usize) -> anyhow::Result<Vec<Check>> {
+    ["u_min", "v_max", "v_min"]
+        .into_iter()
+        .zip(exact.into_iter().zip(lines.extrema()))
+        .map(|(name, (exact, found))| {
+            context.relative(&format!("extrema {nodes}"), format!("{name}, {nodes} nodes"), "", exact, found)
+        })
+        .collect()
+}
+
+/// Lid-driven cavity of a Newtonian fluid by nodes.
+pub(super) fn cavity_newtonian_nodes(context: &Context) -> anyhow::Result<Vec<Check>> {
+    const REYNOLDS: f64 = 100.0;
+    let rows = context.reference()?;
+    let row = rows.iter().find(|row| row["Re"] == REYNOLDS);
+    let row = row.ok_or_else(|| anyhow!("reference.csv has no row for Re {REYNOLDS}"))?;
+    let mut checks = Vec::new();
+    for nodes in NODES {
+        let lines = square(context.case("case.toml")?, nodes)?;
+        checks.extend(extrema(context, &lines, ["u_min", "v_max", "v_min"].map(|name| row[name]), nodes)?);
+        let off = [
+            difference(&lines.u, &context.table("ghia-u.csv")?, "y", &format!("u_Re{REYNOLDS}")),
+            difference(&lines.v, &right_rows(context, REYNOLDS)?, "x", &format!("v_Re{REYNOLDS}")),
+        ];
+        for (name, off) in ["u", "v"].into_iter().zip(off) {
+            checks.push(shown(format!("{name} against Ghia et al., {nodes} nodes (L2)"), off));
+        }
+    }
+    Ok(checks)
+}
+
+/// Lid-driven cavity of a Casson fluid by nodes.
+pub(super) fn cavity_casson_nodes(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let (rows, mut checks) = (context.reference()?, Vec::new());
+    let column = |name: &str| -> Vec<f64> { rows.iter().map(|row| row[name]).collect() };
+    let exact = Lines { u: column("uA_ext"), v: column("vB_ext") }.extrema();
+    for nodes in NODES {
+        let lines = square(context.case("case.toml")?, nodes)?;
+        checks.extend(extrema(context, &lines, exact, nodes)?);
+        let off = [difference(&lines.u, &rows, "yA", "uA_ext"), difference(&lines.v, &rows, "xB", "vB_ext")];
+        for (name, off) in ["u", "v"].into_iter().zip(off) {
+            checks.push(shown(format!("{name} against the reference, {nodes} nodes (L2)"), off));
+        }
+    }
+    Ok(checks)
+}
+
+/// Lid-driven cavity of a power law whose side walls are slanted.
+pub(super) fn cavity_skewed(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let (rows, mut checks) = (context.table("computed.csv")?, Vec::new());
+    for nodes in NODES {
+        let mut case = context.case("case.toml")?;
+        let size = case.domain.max.z / nodes as f64;
+        case.domain.max = DVec3::new((case.domain.max.x / size).ceil() * size, size, case.domain.max.z);
+        case.method.set_resolution(size);
+        let cells = mean(case)?;
+        for (name, x, y, column, axis) in [
+            ("u half-way between the walls", "xA", "yA", "uA_ext", 0),
+            ("v at half of the height", "xB", "yB", "vB_ext", 2),
+        ] {
+            let (mut off, mut norm) = (0.0, 0.0);
+            for row in rows.iter().filter(|row| row["s"] > 0.0 && row["s"] < 1.0) {
+                let found = among(&cells, DVec3::new(row[x], 0.0, row[y]))[axis];
+                off += (found - row[column]).powi(2);
+                norm += row[column].powi(2);
+            }
+            let what = format!("{name}, {nodes} nodes (L2)");
+            checks.push(context.zero(&format!("profile {nodes}"), what, "", (off / norm).sqrt())?);
+        }
+    }
+    Ok(checks)
+}
+
+/// Velocity at a place, linear between the four cells around it of a planar flow; cells without fluid do not count.
+fn among(cells: &Cells, at: DVec3) -> DVec3 {
+    let place = (at - cells.origin) / cells.size - 0.5;
+    let (i, k) = (place.x.floor(), place.z.floor());
+    let (mut sum, mut whole) = (DVec3::ZERO, 0.0);
+    for (x, z) in [(i, k), (i + 1.0, k), (i, k + 1.0), (i + 1.0, k + 1.0)] {
+        let within = |x: f64, axis: usize| x >= 0.0 && x < cells.count[axis] as f64;
+        if !(within(x, 0) && within(z, 2)) {
+            continue;
+        }
+        let n = cells.index(x as usize, 0, z as usize);
+        let share = (1.0 - (place.x - x).abs()) * (1.0 - (place.z - z).abs());
+        if cells.fill[n] > 0.0 {
+            sum += share * cells.velocity[n];
+            whole += share;
+        }
+    }
+    if whole > 0.0 { sum / whole } else { DVec3::ZERO }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -657,6 +657,7 @@ fn the_schema_is_that_of_a_case_file() {
             "inclusions",
             "inlet",
             "isph",
+            "ldd",
             "lbm",
             "material",
             "method",

@@ -1,0 +1,143 @@
+//! Nodes against what is known of fluids.
+
+mod simulation;
+
+use std::f64::consts::TAU;
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use tremie_cloud::{Dimension, Space, Wall, nodes};
+use tremie_geometry::{Body, Motion, Shape};
+use tremie_ldd::{Coupling, Fluid, Nodes, Operators, Scheme, Stepping};
+use tremie_numerics::DVec3;
+use tremie_rheology::FlowCurve;
+
+const STEPPING: Stepping = Stepping {
+    courant: 0.3,
+    longest: 0.01,
+    coupling: Coupling::Incremental,
+    scheme: Scheme::Lagged,
+    operators: Operators::Exact,
+};
+
+fn wall(point: DVec3, normal: DVec3) -> Wall {
+    let body = Body::Shape(Shape::HalfSpace { point, normal });
+    Wall { body, motion: Motion::REST, sliding: DVec3::ZERO, slip_length: 0.0, hides: false }
+}
+
+fn fluid(curve: FlowCurve, largest_viscosity: f64) -> Fluid {
+    Fluid { density: 1000.0, curve, largest_viscosity, gravity: -9.81 * DVec3::Z }
+}
+
+fn water(viscosity: f64) -> Fluid {
+    fluid(FlowCurve::Newtonian { viscosity }, f64::INFINITY)
+}
+
+/// A tank 0.2 m wide, open at the top, and fluid in it so wide and high in m.
+fn tank(
+    dimension: Dimension,
+    spacing: f64,
+    [width, height]: [f64; 2],
+    jitter: f64,
+    fluid: Fluid,
+    stepping: Stepping,
+) -> Nodes {
+    let size = DVec3::new(width, 0.2, height);
+    let full = Body::Shape(Shape::Box { min: DVec3::ZERO, max: size });
+    let mut walls =
+        vec![wall(DVec3::ZERO, DVec3::X), wall(DVec3::splat(0.2), DVec3::NEG_X), wall(DVec3::ZERO, DVec3::Z)];
+    if dimension == Dimension::Three {
+        walls.extend([wall(DVec3::ZERO, DVec3::Y), wall(DVec3::splat(0.2), DVec3::NEG_Y)]);
+    }
+    let mut random = Pcg64Mcg::seed_from_u64(5);
+    let mut positions = nodes(&full, spacing, dimension, 0.1);
+    for at in positions.iter_mut().filter(|at| at.z < size.z - spacing) {
+        let mut off = || jitter * spacing * random.random_range(-1.0..1.0);
+        let off = DVec3::new(off(), off(), off());
+        *at += if dimension == Dimension::Two { off.with_y(0.0) } else { off };
+    }
+    let space = Space { walls, ..Space::free(dimension, spacing) };
+    Nodes::new(positions, space, fluid, stepping)
+}
+
+/// Rate in 1/s at which four vortices in a periodic square of 1 m, so many nodes along its edge, lose their energy until a time in s; exactly 4 nu (2 pi/m)^2 (Taylor and Green 1937).
+fn decay(edge: usize, fluid: Fluid, stepping: Stepping, end: f64) -> f64 {
+    let spacing = 1.0 / edge as f64;
+    let full = Body::Shape(Shape::Box { min: DVec3::ZERO, max: DVec3::ONE });
+    let periodic = [true, false, true];
+    let space =
+        Space { low: DVec3::ZERO, high: DVec3::ONE, periodic, ..Space::free(Dimension::Two, spacing) };
+    let positions = nodes(&full, spacing, Dimension::Two, 0.5);
+    let fluid = Fluid { gravity: DVec3::ZERO, ..fluid };
+    let mut nodes = Nodes::new(positions, space, fluid, stepping);
+    for (at, u) in nodes.positions.iter().zip(&mut nodes.velocities) {
+        let (x, z) = (TAU * at.x, TAU * at.z);
+        *u = DVec3::new(x.sin() * z.cos(), 0.0, -x.cos() * z.sin());
+    }
+    let energy = |nodes: &Nodes| nodes.velocities.iter().map(|u| u.length_squared()).sum::<f64>();
+    let first = energy(&nodes);
+    while nodes.time() < end {
+        nodes.advance().unwrap_or_else(|error| panic!("{error}"));
+    }
+    -(energy(&nodes) / first).ln() / nodes.time()
+}
+
+/// Smallest distance of two nodes in spacings.
+fn nearest(nodes: &Nodes) -> f64 {
+    let near = tremie_cloud::Neighbours::within(&nodes.positions, 0.1);
+    let of =
+        |n: usize| near.of(n).iter().map(move |m| nodes.positions[n].distance(nodes.positions[*m as usize]));
+    (0..nodes.positions.len()).flat_map(of).fold(f64::MAX, f64::min)
+}
+
+/// Largest speed in m/s of nodes.
+fn fastest(nodes: &Nodes) -> f64 {
+    nodes.velocities.iter().map(|u| u.length()).fold(0.0, f64::max)
+}
+
+#[test]
+fn vortices_die_away_as_they_should() {
+    let exact = 4.0 * TAU * TAU / 100.0;
+    let off = [16, 32].map(|edge| (decay(edge, water(10.0), STEPPING, 1.0) / exact - 1.0).abs());
+    assert!(off[0] < 0.01 && off[1] < 0.01, "{off:?}");
+    // By the rule of the paper for places a vortex loses energy, less in shorter steps.
+    let paper = Stepping { coupling: Coupling::PressureFirst, ..STEPPING };
+    let off = [0.01, 0.0025]
+        .map(|longest| decay(32, water(10.0), Stepping { longest, ..paper }, 1.0) / exact - 1.0);
+    assert!(off[0] > 0.04 && off[1] > 0.0 && off[1] < 0.4 * off[0], "{off:?}");
+}
+
+#[test]
+fn disordered_fluid_at_rest_stays_at_rest() {
+    for (dimension, coupling) in [
+        (Dimension::Two, Coupling::Incremental),
+        (Dimension::Two, Coupling::PressureFirst),
+        (Dimension::Three, Coupling::Incremental),
+    ] {
+        let spacing = if dimension == Dimension::Two { 0.01 } else { 0.02 };
+        let stepping = Stepping { coupling, ..STEPPING };
+        let mut nodes = tank(dimension, spacing, [0.2, 0.2], 0.2, water(1.0), stepping);
+        for _ in 0..30 {
+            nodes.advance().unwrap();
+        }
+        let off = nodes.positions.iter().zip(&nodes.pressures);
+        let off = off.map(|(at, p)| (p - 9810.0 * (0.2 - 0.5 * spacing - at.z)).abs()).fold(0.0, f64::max);
+        assert!(fastest(&nodes) < 1e-6 && off < 2e-3, "{dimension:?}: {} m/s, {off} Pa", fastest(&nodes));
+    }
+}
+
+/// A column that collapses in a tank: as high in the end as its volume has it, nodes evenly spaced all the way, and as still as its yield stress asks for.
+#[test]
+fn a_column_collapses_and_keeps_its_volume() {
+    let curve = FlowCurve::Bingham { yield_stress: 50.0, plastic_viscosity: 1.0 };
+    let spacing = 0.005;
+    let mut nodes = tank(Dimension::Two, spacing, [0.1, 0.15], 0.0, fluid(curve, 1000.0), STEPPING);
+    let mut least = f64::MAX;
+    while nodes.time() < 1.0 {
+        nodes.advance().unwrap();
+        least = least.min(nearest(&nodes) / spacing);
+    }
+    let mean = nodes.positions.iter().map(|at| at.z).sum::<f64>() / nodes.positions.len() as f64;
+    assert!((mean / 0.0375 - 1.0).abs() < 0.02, "{mean}");
+    assert!(least > 0.5 && fastest(&nodes) < 0.02, "{least} {}", fastest(&nodes));
+}
