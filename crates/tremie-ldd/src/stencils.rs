@@ -84,11 +84,13 @@ impl<'a> Stencils<'a> {
                 natural()
             } else {
                 let exact = match operators {
-                    Operators::Exact => gradients.exact_laplacian(a).filter(|weights| !mixed(weights)),
+                    Operators::Exact => {
+                        gradients.exact_laplacian(a).filter(|weights| !mixed(around, a, weights))
+                    }
                     Operators::Paper => None,
                 };
                 exact
-                    .or_else(|| gradients.laplacian(a).filter(|weights| !mixed(weights)))
+                    .or_else(|| gradients.laplacian(a).filter(|weights| !mixed(around, a, weights)))
                     .unwrap_or_else(natural)
             };
             let outward = match gradients.leaning(a) {
@@ -163,9 +165,10 @@ impl<'a> Stencils<'a> {
     }
 }
 
-/// Whether too many of a Laplacian's weights are negative.
-fn mixed(weights: &[f64]) -> bool {
+/// Whether too many of a Laplacian's weights at a node are negative, but for those of its own images, which tell nothing of a pressure.
+fn mixed(around: &Surroundings, node: usize, weights: &[f64]) -> bool {
+    let others = around.around(node).zip(weights).filter(|((.., source), _)| source.of != node);
     let (all, negative) =
-        weights.iter().fold((0.0, 0.0), |(all, negative), c| (all + c.abs(), negative - c.min(0.0)));
+        others.fold((0.0, 0.0), |(all, negative), (_, c)| (all + c.abs(), negative - c.min(0.0)));
     negative > NEGATIVE * all
 }
