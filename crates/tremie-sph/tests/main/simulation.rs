@@ -230,10 +230,10 @@ fn a_plate_without_mass_sinks_as_its_load_has_it() {
                 simulation.advance().unwrap_or_else(|error| panic!("{error:?}"));
             }
         };
-        go(&mut simulation, 0.02);
+        go(&mut simulation, 0.01);
         let (first, start) = (simulation.snapshot(), simulation.time());
         let state = simulation.save();
-        go(&mut simulation, 0.04);
+        go(&mut simulation, 0.02);
         let last = simulation.snapshot();
         let speed = (first.moved[0].z - last.moved[0].z) / (simulation.time() - start);
         let exact = 20.0 * 1e-6 / (8.0 * 10.0 * 0.05f64.powi(3));
@@ -242,7 +242,7 @@ fn a_plate_without_mass_sinks_as_its_load_has_it() {
         assert!((last.solids[0].force.z / 0.0125 - 1.0).abs() < 0.05, "{method}: {:?}", last.solids[0]);
         let mut other = tremie_sph::simulation(&case);
         other.restore(&state).unwrap_or_else(|error| panic!("{error:?}"));
-        go(&mut other, 0.04);
+        go(&mut other, 0.02);
         assert_eq!(other.snapshot().moved, last.moved, "{method}");
     }
 }
