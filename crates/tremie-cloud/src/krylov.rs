@@ -72,11 +72,27 @@ fn onto(y: &mut [f64], a: f64, x: &[f64]) {
     rows(y, |row, y| *y = x[row] + a * *y);
 }
 
-/// Solves `A x = b` from the values that `x` has; without a `multigrid`, the diagonal is the preconditioner.
+/// Solves `A x = b` from the values that `x` has; without a `multigrid`, or where that does not lead anywhere, the diagonal is the preconditioner.
 ///
 /// # Errors
 /// If the residual does not become small enough.
 pub fn solve<const N: usize, const M: usize>(
+    matrix: &Matrix<N>,
+    multigrid: Option<&Multigrid<N, M>>,
+    b: &[f64],
+    x: &mut [f64],
+    settings: &Settings,
+) -> Result<Solved, Failure> {
+    let before = x.to_vec();
+    let found = attempt(matrix, multigrid, b, x, settings);
+    if found.is_ok() || multigrid.is_none() {
+        return found;
+    }
+    x.copy_from_slice(&before);
+    attempt::<N, M>(matrix, None, b, x, settings)
+}
+
+fn attempt<const N: usize, const M: usize>(
     matrix: &Matrix<N>,
     multigrid: Option<&Multigrid<N, M>>,
     b: &[f64],

@@ -288,12 +288,15 @@ impl<const A: usize> Smoother<A> {
     }
 }
 
+/// What of a diagonal must be left to divide by: less, such as the turns of pieces along a line about it, is drowned in what 32 bits round off.
+const LEFT: f64 = 1e-4;
+
 /// The damped inverse, by Gauss and Jordan along the diagonal, which is positive; what is as good as not there stays zero.
 fn inverse<const A: usize>(mut block: Block<A>) -> Block<A> {
     let scale: [f64; A] = std::array::from_fn(|k| block[k][k]);
     for k in 0..A {
         let pivot = block[k][k];
-        if pivot.abs() <= 1e-10 * scale[k].abs() {
+        if pivot.abs() <= LEFT * scale[k].abs() {
             for j in 0..A {
                 block[k][j] = 0.0;
                 block[j][k] = 0.0;

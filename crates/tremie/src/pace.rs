@@ -40,13 +40,14 @@ struct Trial {
 }
 
 impl Trial {
-    fn of(mut simulation: Box<dyn Simulation>) -> anyhow::Result<Self> {
+    /// For a moment, or to where the case ends in s.
+    fn of(mut simulation: Box<dyn Simulation>, end: f64) -> anyhow::Result<Self> {
         for _ in 0..WARM_UP {
             simulation.advance()?;
         }
         let (began, before) = (Instant::now(), simulation.load().updates);
         let mut steps = 0.0;
-        while began.elapsed() < TRIAL {
+        while steps == 0.0 || (began.elapsed() < TRIAL && simulation.time() < end) {
             simulation.advance()?;
             steps += 1.0;
         }
@@ -56,10 +57,10 @@ impl Trial {
 
     /// Of a case, and of its fluid alone.
     fn both(case: &Case) -> anyhow::Result<[Self; 2]> {
-        let alone = Self::of(tremie_lbm::simulation_with(case, None))?;
+        let alone = Self::of(tremie_lbm::simulation_with(case, None), case.stop.time)?;
         let with = match case.has_bodies() {
             false => Self { ..alone },
-            true => Self::of(tremie_lbm::simulation(case))?,
+            true => Self::of(tremie_lbm::simulation(case), case.stop.time)?,
         };
         Ok([with, alone])
     }
@@ -72,7 +73,7 @@ impl Pace {
     /// If the simulation breaks down in its first steps.
     pub(crate) fn of(case: &Case, plan: &Plan) -> anyhow::Result<Self> {
         let Plan::Lattice(plan) = plan else {
-            let Trial { step, cells } = Trial::of(plan::simulation(case))?;
+            let Trial { step, cells } = Trial::of(plan::simulation(case), case.stop.time)?;
             return Ok(Self { step, updates: cells / step, burden: 0.0 });
         };
         let [start, start_alone] = Trial::both(case)?;
