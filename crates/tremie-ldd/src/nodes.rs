@@ -28,7 +28,8 @@ pub struct Fluid {
 impl Fluid {
     /// Apparent viscosity in Pa s at a shear rate sqrt(2 E:E) in 1/s, by which stress is 2 mu E; that of a power law that thickens is none at rest, and not quite here.
     pub fn viscosity(&self, shear_rate: f64) -> f64 {
-        self.curve.viscosity(shear_rate).clamp(LEAST * self.curve.plastic_viscosity(), self.largest_viscosity)
+        let least = LEAST * self.curve.plastic_viscosity();
+        self.curve.viscosity(shear_rate).max(least).min(self.largest_viscosity)
     }
 }
 

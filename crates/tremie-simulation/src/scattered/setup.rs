@@ -64,12 +64,16 @@ pub fn space(case: &Case) -> (Space, Vec<crate::Wall>) {
     (Space { dimension, spacing, low: domain.min, high: domain.max, periodic, walls }, whose)
 }
 
+/// A shear rate in 1/s that fluid between nodes does not reach.
+const FASTEST: f64 = 1e4;
+
 /// The viscosity in Pa s by which fluid under half of its yield stress creeps by so little until the stop time; without a yield stress there is no bound.
 pub fn largest_viscosity(case: &Case) -> f64 {
     let curve = &case.material.curve;
     let at_rest = curve.viscosity(0.0);
     match curve.viscoplastic() {
-        _ if at_rest.is_finite() => at_rest,
+        // What thickens is so viscous at the largest rate that matters.
+        _ if at_rest.is_finite() => at_rest.max(curve.viscosity(FASTEST)),
         Some(law) if law.yield_stress > 0.0 => {
             let creeping = 0.5 * law.yield_stress * case.stop.time.max(1.0) / CREEP;
             creeping.max(STIFF * curve.plastic_viscosity())
