@@ -61,50 +61,12 @@ fn beam(loading: Loading, finest: f64, coarsest: f64, seed: u64) -> Setup {
 
 /// Tests a beam up to an opening in m.
 fn test(setup: Setup, end: f64) -> anyhow::Result<Vec<Reading>> {
-    at_openings(setup, &openings(end))
-}
-
-/// Tests a beam at openings in m.
-fn at_openings(setup: Setup, openings: &[f64]) -> anyhow::Result<Vec<Reading>> {
     let mut trial = Trial::new(setup)?;
     let mut readings = Vec::new();
-    for opening in openings {
-        readings.extend(trial.advance(*opening)?);
+    for opening in openings(end) {
+        readings.extend(trial.advance(opening)?);
     }
     Ok(readings)
-}
-
-/// The 51 openings in m of the prototype: steps of 2.5 um to 0.06 mm, of 0.02 mm to 0.5 mm, of 0.14 mm to 1.2 mm.
-fn prototype() -> Vec<f64> {
-    let steps = [(24, 2.5e-6), (22, 0.02e-3), (5, 0.14e-3)];
-    let all = steps.into_iter().flat_map(|(count, step)| std::iter::repeat_n(step, count));
-    all.scan(0.0, |at, step| {
-        *at += step;
-        Some(*at)
-    })
-    .collect()
-}
-
-/// Work in J that load and deflection make at these openings alone, joined by straight lines.
-fn work_between(readings: &[Reading], openings: &[f64]) -> f64 {
-    let near = |opening: &f64| readings.iter().find(|reading| (reading.opening - opening).abs() < 1e-9);
-    let points: Vec<[f64; 2]> = std::iter::once([0.0; 2])
-        .chain(openings.iter().filter_map(near).map(|reading| [reading.deflection, reading.load]))
-        .collect();
-    points.windows(2).map(|p| 0.5 * (p[0][1] + p[1][1]) * (p[1][0] - p[0][0])).sum()
-}
-
-/// Openings with others among them, in order.
-fn with(openings: &[f64], others: &[f64]) -> Vec<f64> {
-    let mut all = [openings, others].concat();
-    all.sort_by(f64::total_cmp);
-    all.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
-    all
-}
-
-/// Energy in J that is stored and used up at the end.
-fn found(readings: &[Reading]) -> f64 {
-    readings.last().map_or(f64::NAN, |last| last.stored() + last.matrix_loss + last.fibre_loss)
 }
 
 fn peak(readings: &[Reading]) -> anyhow::Result<Reading> {
@@ -361,14 +323,11 @@ pub(super) fn plain(context: &Context) -> anyhow::Result<Vec<Check>> {
     let mut curves = Vec::new();
     for (distance, coarsest, seeds) in [(0.015, 0.015, 4), (0.012, 0.012, 2), (0.01, COARSEST, 2)] {
         for seed in 1..=seeds {
-            let readings = at_openings(
-                beam(FOUR_POINT, distance, coarsest, seed),
-                &with(&prototype(), &[0.3e-3, 1e-3]),
-            )?;
+            let readings = test(beam(FOUR_POINT, distance, coarsest, seed), 1.2e-3)?;
             let name = format!("{:.0} mm, seed {seed}", 1e3 * distance);
+            let last = readings.last().map_or(f64::NAN, |reading| reading.work);
             let top = peak(&readings)?;
-            let work = work_between(&readings, &prototype()) / (ENERGY * SIZE.y * SIZE.z);
-            let found = found(&readings) / (ENERGY * SIZE.y * SIZE.z);
+            let work = last / (ENERGY * SIZE.y * SIZE.z);
             checks.push(context.absolute(
                 "peak",
                 format!("largest stress ({name})"),
@@ -387,8 +346,7 @@ pub(super) fn plain(context: &Context) -> anyhow::Result<Vec<Check>> {
                     1e-6 * stress_at(&readings, opening),
                 )?);
             }
-            checks
-                .push(shown(format!("energy found less 0.9361 of a linear crack ({name})"), found - 0.9361));
+            checks.push(shown(format!("work less 0.9361 of a linear crack ({name})"), work - 0.9361));
             if seed == 1 {
                 curves.push((name, Style::Line, curve(&readings)));
             }
@@ -413,10 +371,9 @@ fn curve(readings: &[Reading]) -> Vec<[f64; 2]> {
 pub(super) fn notched(context: &Context) -> anyhow::Result<Vec<Check>> {
     let mut checks = Vec::new();
     for seed in 1..=4 {
-        let readings = at_openings(beam(THREE_POINT, 0.012, COARSEST, seed), &prototype())?;
+        let readings = test(beam(THREE_POINT, 0.012, COARSEST, seed), 1.2e-3)?;
         let top = peak(&readings)?;
-        let work = work_between(&readings, &prototype()) / (ENERGY * SIZE.y * 0.125);
-        let found = found(&readings) / (ENERGY * SIZE.y * 0.125);
+        let work = readings.last().map_or(f64::NAN, |reading| reading.work) / (ENERGY * SIZE.y * 0.125);
         checks.extend([
             context.absolute(
                 "peak",
@@ -433,7 +390,7 @@ pub(super) fn notched(context: &Context) -> anyhow::Result<Vec<Check>> {
                 1e3 * top.opening,
             )?,
             context.absolute("work", format!("work over G_F A (seed {seed})"), "", 0.926, work)?,
-            shown(format!("energy found less 0.923 of a linear crack (seed {seed})"), found - 0.923),
+            shown(format!("work less 0.923 of a linear crack (seed {seed})"), work - 0.923),
         ]);
     }
     Ok(checks)
