@@ -152,6 +152,8 @@ pub struct BeamLattice {
     pub seed: u64,
     /// How many beams, each with a seed of its own.
     pub beams: u64,
+    /// Whether the crack may leave its plane.
+    pub anywhere: bool,
 }
 
 /// Most beams of a file.
@@ -496,8 +498,21 @@ const LATTICE: Section<BeamLattice> = {
         "how many beams are tested, each with the next seed: mean, scatter and characteristic value",
         quantity(Dimension::NUMBER, Bound::Positive, "3"),
     );
+    const CRACK: Or<Choice<bool>> = or(
+        "crack",
+        "\"plane\"",
+        "where the crack may be",
+        Choice(&[
+            ("plane", "in one plane across the beam: seconds to minutes", false),
+            (
+                "anywhere",
+                "wherever the beam is weakest, and as it turns on its way: minutes to an hour",
+                true,
+            ),
+        ]),
+    );
     Section {
-        keys: &[&FINEST, &COARSEST, &SEED, &BEAMS],
+        keys: &[&FINEST, &COARSEST, &SEED, &BEAMS, &CRACK],
         example: &["spacing = \"10 mm\"", "beams = 3"],
         read: |t| {
             let (finest, coarsest) = (t.or(&FINEST)?, t.or(&COARSEST)?);
@@ -513,7 +528,8 @@ const LATTICE: Section<BeamLattice> = {
                 let value = t.value("beams").unwrap_or_else(|| t.itself());
                 return Err(value.fault(format!("is more than {MOST_BEAMS}"), "write fewer"));
             }
-            Ok(BeamLattice { finest, coarsest, seed: whole(t, "seed", t.or(&SEED)?)?, beams })
+            let seed = whole(t, "seed", t.or(&SEED)?)?;
+            Ok(BeamLattice { finest, coarsest, seed, beams, anywhere: t.or(&CRACK)?.2 })
         },
     }
 };
@@ -582,7 +598,24 @@ fn check(document: &Document<'_>, beam: &BeamCase) -> Result<(), Fault> {
             "write a larger `spacing`: 1,500 facets there take minutes and gigabytes already",
         );
     }
-    // At random, nodes fill about 0.57 of the cubes of their distance.
+    if let (true, BeamTest::Nsbt { offset, .. }) = (beam.lattice.anywhere, beam.test)
+        && offset != 0.0
+    {
+        return at(
+            "test.nsbt.crack_offset",
+            "a crack that may be anywhere has no place that could be given".into(),
+            "leave it out, or write crack = \"plane\"",
+        );
+    }
+    // At random, nodes fill about 0.57 of the cubes of their distance; without a notch, a crack may be anywhere in cells that are all alike.
+    let notched = matches!(beam.test, BeamTest::En14651 { .. });
+    if beam.lattice.anywhere && !notched {
+        let cells = 0.57 * beam.size.element_product() / beam.lattice.finest.powi(3);
+        if cells > MOST_CELLS {
+            let problem = format!("the lattice is too fine for a crack anywhere: about {cells:.0} cells");
+            return at("lattice.spacing", problem, "write a larger `spacing`, or crack = \"plane\"");
+        }
+    }
     let cells = 0.57 * beam.size.element_product() / beam.lattice.coarsest.powi(3);
     if cells > MOST_CELLS {
         let problem = format!("the lattice is too fine far from the crack: about {cells:.0} cells");
@@ -652,6 +685,19 @@ mod tests {
         en14651 = { span = \"500 mm\", notch = \"25 mm\" }\nopening = \"3.5 mm\"\n\n[matrix]\nstrength = \"2 MPa\"\n\
         kink_stress = \"0.5 MPa\"\nkink_opening = \"0.05 mm\"\nlast_opening = \"0.3 mm\"\n\n[fibres.random]\n\
         length = \"60 mm\"\ndiameter = \"0.75 mm\"\nvolume_fraction = 0.005\n\n[lattice]\nspacing = \"12 mm\"\nbeams = 3\n";
+
+    #[test]
+    fn a_crack_may_be_anywhere() {
+        let text = TEXT.replace("beams = 3", "crack = \"anywhere\"");
+        assert!(BeamCase::parse("beam.toml", &text).unwrap().lattice.anywhere);
+        let nsbt = "nsbt = { span = \"450 mm\", inner_span = \"150 mm\", crack_offset = \"20 mm\" }";
+        let text = text.replace("en14651 = { span = \"500 mm\", notch = \"25 mm\" }", nsbt);
+        let error = BeamCase::parse("beam.toml", &text).unwrap_err().to_string();
+        assert!(error.contains("has no place that could be given"), "{error}");
+        let fine = text.replace(", crack_offset = \"20 mm\"", "").replace("\"12 mm\"", "\"7 mm\"");
+        let error = BeamCase::parse("beam.toml", &fine).unwrap_err().to_string();
+        assert!(error.contains("too fine for a crack anywhere"), "{error}");
+    }
 
     #[test]
     fn a_beam_is_read_in_si_units() {

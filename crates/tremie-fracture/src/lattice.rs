@@ -90,7 +90,7 @@ impl Lattice {
         self.springs.iter().map(|spring| self.element(spring)).collect()
     }
 
-    fn element(&self, spring: &Spring) -> Element {
+    pub(crate) fn element(&self, spring: &Spring) -> Element {
         // Jump and rotation for each of the twelve unknowns.
         let mut jumps = [[0.0; 6]; 12];
         for (end, sign) in [(0, -1.0), (1, 1.0)] {

@@ -10,12 +10,19 @@
 //! Sources: Kawai 1978; Bolander and Saito, Engineering Fracture Mechanics 61 (1998); Berton and Bolander, Computer Methods in Applied Mechanics and
 //! Engineering 195 (2006); Kang, Kim, Lim and Bolander, Cement and Concrete Composites 2014; Svec's thesis (2013), chapter 7.
 
+mod anywhere;
+mod beam;
+mod bearings;
+mod bridge;
 mod dense;
 pub mod fibres;
 mod lattice;
 pub mod mesh;
 mod nodes;
+mod path;
+mod plane;
 mod pull_out;
+mod setup;
 mod shear_lag;
 mod softening;
 mod sparse;
@@ -23,10 +30,12 @@ pub mod standard;
 mod trial;
 mod voronoi;
 
+pub use bridge::BridgeState;
 pub use lattice::Lattice;
 pub use mesh::{Facet, Mesh};
 pub use nodes::Grading;
 pub use pull_out::{Bond, PullOut};
+pub use setup::{Loading, Reading, Setup, TrialError};
 pub use softening::{Law, Softening};
 pub use sparse::Singular;
-pub use trial::{BridgeState, Loading, Reading, Setup, State, Trial, TrialError};
+pub use trial::{State, Trial};

@@ -52,6 +52,12 @@ impl Mesh {
         Self::of(scatter(size, crack, grading, seed), size, crack)
     }
 
+    /// A lattice in the box from the origin to `size`, alike everywhere, with nodes at least `distance` apart (in m).
+    pub fn even(size: DVec3, distance: f64, seed: u64) -> Self {
+        // About a plane at one end nothing is mirrored.
+        Self::new(size, 0.0, Grading { finest: distance, coarsest: distance }, seed)
+    }
+
     /// The lattice of nodes that are given; those next to the crack plane must be mirrored about it.
     pub fn of(nodes: Vec<DVec3>, size: DVec3, crack: f64) -> Self {
         let mut mesh = Self { size, crack, facets: vec![], plane: vec![], sides: Default::default(), nodes };

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 use tremie_numerics::DVec3;
 
 use crate::fibres::Fibre;
-use crate::lattice::{Lattice, lever};
+use crate::lattice::{Lattice, Spring, lever};
 
 /// Elastic fibres in a matrix.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,12 +45,7 @@ impl ShearLag {
 
     /// Adds the springs of the fibres where they cross facets other than those between `images`, the pairs across the crack plane.
     pub(crate) fn stiffen(&self, lattice: &mut Lattice, fibres: &[Fibre], images: &BTreeMap<usize, usize>) {
-        let mut around: Vec<Vec<(usize, usize)>> = vec![Vec::new(); lattice.nodes.len()];
-        for (n, spring) in lattice.springs.iter().enumerate() {
-            let [i, j] = spring.cells;
-            around[i].push((j, n));
-            around[j].push((i, n));
-        }
+        let around = around(&lattice.springs, lattice.nodes.len());
         for fibre in fibres {
             for (part, spring) in walk(fibre, &lattice.nodes, &around) {
                 let [i, j] = lattice.springs[spring].cells;
@@ -72,8 +67,19 @@ impl ShearLag {
     }
 }
 
+/// Of each cell, the others around it and the springs to them.
+pub(crate) fn around(springs: &[Spring], cells: usize) -> Vec<Vec<(usize, usize)>> {
+    let mut around = vec![Vec::new(); cells];
+    for (n, spring) in springs.iter().enumerate() {
+        let [i, j] = spring.cells;
+        around[i].push((j, n));
+        around[j].push((i, n));
+    }
+    around
+}
+
 /// Walks along a fibre from cell to cell: at which part of its length it crosses which spring's facet.
-fn walk(fibre: &Fibre, nodes: &[DVec3], around: &[Vec<(usize, usize)>]) -> Vec<(f64, usize)> {
+pub(crate) fn walk(fibre: &Fibre, nodes: &[DVec3], around: &[Vec<(usize, usize)>]) -> Vec<(f64, usize)> {
     let [start, end] = fibre.ends;
     let way = end - start;
     let nearest = |best: usize, n: usize| {
@@ -122,12 +128,7 @@ mod tests {
     fn walks_cross_facets_in_order_half_way_between_nodes() {
         let mesh = Mesh::new(DVec3::new(0.3, 0.1, 0.1), 0.15, Grading { finest: 0.02, coarsest: 0.03 }, 5);
         let lattice = Lattice::of(&mesh, 30e9);
-        let mut around = vec![Vec::new(); lattice.nodes.len()];
-        for (n, spring) in lattice.springs.iter().enumerate() {
-            let [i, j] = spring.cells;
-            around[i].push((j, n));
-            around[j].push((i, n));
-        }
+        let around = around(&lattice.springs, lattice.nodes.len());
         let fibre =
             Fibre { ends: [DVec3::new(0.11, 0.02, 0.03), DVec3::new(0.2, 0.06, 0.05)], diameter: 1e-3 };
         let crossed = walk(&fibre, &lattice.nodes, &around);

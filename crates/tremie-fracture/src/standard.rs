@@ -1,6 +1,6 @@
 //! What standards read off a test, and how several tests are put together.
 
-use crate::trial::Reading;
+use crate::setup::Reading;
 
 /// Openings in m at which EN 14651 reads the residual strengths f_R1 to f_R4.
 pub const RESIDUAL: [f64; 4] = [0.5e-3, 1.5e-3, 2.5e-3, 3.5e-3];

@@ -56,6 +56,7 @@ pub(crate) fn setup(case: &BeamCase, seed: u64) -> Setup {
     Setup {
         size: case.size,
         crack: 0.5 * case.size.x + offset,
+        anywhere: case.lattice.anywhere,
         notch,
         loading,
         modulus: matrix.modulus,

@@ -34,7 +34,8 @@ pub(super) fn beam(folder: &Folder, number: u64, readings: &[Reading], trial: &T
     crack(&folder.file(&format!("crack_{number}.vtp")), trial)?;
     fibres(&folder.file(&format!("fibres_{number}.vtp")), trial)?;
     if number == 1 {
-        crack_picture(trial).write(&folder.file("crack.png"))?;
+        let picture = if trial.setup().anywhere { crack_from_the_side(trial) } else { crack_picture(trial) };
+        picture.write(&folder.file("crack.png"))?;
     }
     Ok(())
 }
@@ -56,14 +57,14 @@ fn crack_table(path: &Path, trial: &Trial) -> anyhow::Result<()> {
     Ok(table::write(path, &columns, &rows)?)
 }
 
-/// The crack plane with its opening.
+/// The crack with its opening.
 fn crack(path: &Path, trial: &Trial) -> anyhow::Result<()> {
     let (mut positions, mut triangles, mut openings) = (Vec::new(), Vec::new(), Vec::new());
-    for (facet, opening) in trial.mesh().plane.iter().zip(trial.openings()) {
+    for (corners, opening) in trial.crack() {
         let first = positions.len() as u32;
-        positions.extend(facet.corners.iter().map(|corner| corner.to_array()));
+        positions.extend(corners.iter().map(|corner| corner.to_array()));
         openings.extend(opening);
-        triangles.extend((1..facet.corners.len() as u32 - 1).map(|k| [first, first + k, first + k + 1]));
+        triangles.extend((2..corners.len() as u32).map(|k| [first, first + k - 1, first + k]));
     }
     let fields = vec![Field { name: "opening [m]", components: 1, values: Values::F64(&openings) }];
     Ok(Surface { positions: &positions, triangles: &triangles, time: 0.0, fields }.write(path)?)
@@ -75,12 +76,10 @@ fn fibres(path: &Path, trial: &Trial) -> anyhow::Result<()> {
     let lines: Vec<[[f64; 3]; 2]> =
         setup.fibres.iter().map(|fibre| fibre.ends.map(|end| end.to_array())).collect();
     let bridges = trial.bridges();
-    let force = |fibre: &Fibre| {
-        let crossing = fibre.crossing(setup.crack);
-        let bridge = bridges.iter().find(|bridge| Some(bridge.crossing) == crossing);
-        bridge.map_or(0.0, |bridge| bridge.force)
-    };
-    let forces: Vec<f64> = setup.fibres.iter().map(force).collect();
+    let mut forces = vec![0.0_f64; setup.fibres.len()];
+    for bridge in &bridges {
+        forces[bridge.fibre] = forces[bridge.fibre].max(bridge.force);
+    }
     let diameters: Vec<f64> = setup.fibres.iter().map(|fibre| fibre.diameter).collect();
     let fields = vec![
         Field { name: "force [N]", components: 1, values: Values::F64(&forces) },
@@ -114,6 +113,36 @@ fn crack_picture(trial: &Trial) -> Picture {
         } else {
             Vec::new()
         },
+        verticals: Vec::new(),
+    }
+    .draw()
+}
+
+/// The middles of the facets of the crack, seen from the side, those with more than half of the largest opening apart.
+fn crack_from_the_side(trial: &Trial) -> Picture {
+    let facets = trial.crack();
+    let mean = |opening: &[f64]| opening.iter().sum::<f64>() / opening.len().max(1) as f64;
+    let largest = facets.iter().map(|(_, opening)| mean(opening)).fold(0.0, f64::max);
+    let of = |wide: bool| -> Vec<[f64; 2]> {
+        let some = facets.iter().filter(|(_, opening)| (mean(opening) > 0.5 * largest) == wide);
+        some.map(|(corners, _)| {
+            let middle = corners.iter().sum::<DVec3>() / corners.len().max(1) as f64;
+            [1e3 * middle.x, 1e3 * middle.z]
+        })
+        .collect()
+    };
+    let (narrow, wide) = (of(false), of(true));
+    let label = format!("open by more than {:.2} mm", 0.5e3 * largest);
+    let size = trial.setup().size;
+    Plot {
+        title: &format!("The crack from the side at an opening of {:.2} mm", 1e3 * trial.last().opening),
+        x: Axis { range: Some([0.0, 1e3 * size.x]), ..Axis::linear("along the beam [mm]") },
+        y: Axis { range: Some([0.0, 1e3 * size.z]), ..Axis::linear("height [mm]") },
+        curves: vec![
+            Curve { label: &label, points: &wide, style: Style::Marks },
+            Curve { label: "less", points: &narrow, style: Style::Marks },
+        ],
+        horizontals: Vec::new(),
         verticals: Vec::new(),
     }
     .draw()

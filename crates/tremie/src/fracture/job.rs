@@ -54,9 +54,10 @@ impl Job {
             (None, 0) => String::new(),
             (None, n) => format!(", from beam {}", n + 1),
         };
+        let anywhere = if lattice.anywhere { ", which may be anywhere" } else { "" };
         let beams = if lattice.beams == 1 { "1 beam".to_owned() } else { format!("{} beams", lattice.beams) };
         format!(
-            "{} in {}{from}\n{beams}, {fibres} fibres, cells of {} mm at the crack, to an opening of {} mm",
+            "{} in {}{from}\n{beams}, {fibres} fibres, cells of {} mm at the crack{anywhere}, to an opening of {} mm",
             self.case.title,
             self.folder.path().display(),
             1e3 * lattice.finest,

@@ -47,6 +47,7 @@ fn beam(loading: Loading, finest: f64, coarsest: f64, seed: u64) -> Setup {
     Setup {
         size: SIZE,
         crack: 0.5 * SIZE.x,
+        anywhere: false,
         notch: if loading == THREE_POINT { 0.025 } else { 0.0 },
         loading,
         modulus: MODULUS,
@@ -407,6 +408,59 @@ pub(super) fn notched(context: &Context) -> anyhow::Result<Vec<Check>> {
 /// Stress over opening in MPa and mm.
 fn curve(readings: &[Reading]) -> Vec<[f64; 2]> {
     std::iter::once([0.0; 2]).chain(readings.iter().map(|r| [1e3 * r.opening, 1e-6 * r.stress])).collect()
+}
+
+/// Cracks that go where they like.
+pub(super) fn anywhere(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let mut checks = Vec::new();
+    let size = DVec3::new(0.2, 0.1, 0.1);
+    for seed in 1..=3 {
+        let setup = Setup { size, crack: 0.1, anywhere: true, ..beam(Loading::Tension, 0.02, 0.02, seed) };
+        let readings = test(setup, 0.35e-3)?;
+        let last = readings.last().map_or(f64::NAN, |reading| reading.work);
+        let told = |what: &str| format!("{what} (prism in tension, seed {seed})");
+        checks.extend([
+            context.relative(
+                "strength",
+                told("largest stress"),
+                "Pa",
+                MATRIX.strength,
+                peak(&readings)?.stress,
+            )?,
+            context.zero(
+                "energy",
+                told("work not found"),
+                "",
+                worst(readings.iter().map(Reading::imbalance)),
+            )?,
+            shown(told("work over G_F A, less 1"), last / (ENERGY * size.y * size.z) - 1.0),
+        ]);
+    }
+    let table = context.reference()?;
+    let exact = table.last().ok_or_else(|| anyhow!("no reference"))?;
+    let readings = test(Setup { anywhere: true, ..beam(THREE_POINT, 0.01, COARSEST, 1) }, 1.2e-3)?;
+    let top = peak(&readings)?;
+    let work = readings.last().map_or(f64::NAN, |reading| reading.work) / (ENERGY * SIZE.y * 0.125);
+    let balance = worst(readings.iter().map(Reading::imbalance));
+    checks.extend([
+        context.absolute(
+            "peak",
+            "largest stress (notched beam)",
+            "MPa",
+            exact["largest_stress_MPa"],
+            1e-6 * top.stress,
+        )?,
+        context.absolute(
+            "opening",
+            "opening there (notched beam)",
+            "mm",
+            exact["opening_there_mm"],
+            1e3 * top.opening,
+        )?,
+        context.absolute("work", "work over G_F A (notched beam)", "", exact["work_over_GF_A"], work)?,
+        context.zero("energy", "work not found (notched beam)", "", balance)?,
+    ]);
+    Ok(checks)
 }
 
 /// Against a cracked hinge.

@@ -217,6 +217,7 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(fracture::fibre_count, "fracture-v13"),
     benchmark!(fracture::lattices, "fracture-v14"),
     benchmark!(fracture::slab, "fracture-v15", "b1.csv", "b2.csv", "b3.csv"),
+    benchmark!(fracture::anywhere, "fracture-anywhere", "reference.csv"),
 ];
 
 /// Runs the benchmarks, shows each as it ends, and says whether all pass.

@@ -1,0 +1,479 @@
+//! A beam that cracks wherever it is too weak.
+//!
+//! Each point of each facet softens for itself. A jump Delta there makes the traction t = (1 - omega)(E/h) Delta. Pulled along a direction e, a
+//! facet whose normal is at the angle psi to it bears sigma cos(psi) e: the resultant over the area projected along it, |t| / cos(psi), is
+//! sigma whichever way the facet looks, so that strength and fracture energy have no preferred direction (Berton and Bolander 2006). |Delta| then
+//! follows the law of a spring of the length h cos(psi), and uses up G_F of each projected area. psi stays as it is when the point cracks. Beyond 60 degrees
+//! twice n.Delta stands for |Delta|: in shear with a trace of tension the resultant over the projected area would tend to infinity.
+//!
+//! Shear across a crack fades as its tension does; what closes passes pressure again. A fibre is elastic at each facet that it crosses until the matrix
+//! there cracks; then it bridges that facet along the direction in which it opens, at its angle to that direction.
+//!
+//! The whole lattice is factorised again for each attempt.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use tremie_numerics::{DMat3, DVec3};
+
+use crate::beam::Beam;
+use crate::bearings::line;
+use crate::bridge::{Bridge, BridgeState};
+use crate::fibres::{Crossing, Fibre};
+use crate::lattice::{Lattice, Spring, combined, value};
+use crate::mesh::{above, quadrature};
+use crate::path::{Care, Cracking};
+use crate::plane::notch_opening;
+use crate::pull_out::Bond;
+use crate::setup::{Loading, TrialError};
+use crate::shear_lag::{around, walk};
+use crate::softening::{Law, Softening};
+use crate::sparse::{Factor, Functional, Singular, UNKNOWNS};
+
+/// Cosine of the largest angle between a facet's normal and the traction on it at which the projected area counts.
+const LEAST: f64 = 0.5;
+/// Share of the last opening from which on a facet is shown as part of the crack.
+const SHOWN: f64 = 0.1;
+
+/// A point of a facet.
+#[derive(Clone, Copy)]
+struct Point {
+    /// Off the place where the facet's jump is taken, in m.
+    off: DVec3,
+    area: f64,
+    /// Cosine of psi since it cracked; zero before.
+    cosine: f64,
+    /// Largest jump so far in m that drove the crack.
+    most: f64,
+    /// Work in J that is lost.
+    lost: f64,
+}
+
+/// A fibre where it crosses a facet.
+struct Tie {
+    fibre: usize,
+    facet: usize,
+    off: DVec3,
+    /// The fibre's direction, and its stiffness along it in N/m before the matrix cracks.
+    way: DVec3,
+    along: f64,
+    diameter: f64,
+    crossing: Crossing,
+    /// The direction in which the crack opens, and the force since then.
+    open: Option<(DVec3, Bridge)>,
+}
+
+/// A facet that may crack.
+struct Facing {
+    normal: DVec3,
+    length: f64,
+    corners: Vec<DVec3>,
+    /// Its points, among all.
+    points: std::ops::Range<usize>,
+}
+
+/// The facets of a beam, all of which may crack.
+pub(crate) struct Anywhere {
+    lattice: Lattice,
+    factor: Factor,
+    load: Vec<f64>,
+    force: Functional,
+    middle: Functional,
+    mouth: Functional,
+    modulus: f64,
+    softening: Softening,
+    bond: Bond,
+    /// By the springs of the lattice; the plates' springs after them do not crack.
+    facets: Vec<Facing>,
+    points: Vec<Point>,
+    ties: Vec<Tie>,
+    /// Ties by facet.
+    ties_of: BTreeMap<usize, Vec<usize>>,
+}
+
+impl Anywhere {
+    /// The facets of a beam.
+    pub(crate) fn new(beam: &Beam) -> Result<Self, TrialError> {
+        let (setup, mesh) = (&beam.setup, &beam.mesh);
+        let (mut facets, mut points) = (Vec::new(), Vec::new());
+        let cut = mesh.facets.len();
+        for (n, facet) in mesh.facets.iter().chain(&mesh.plane).enumerate() {
+            let kept = if n < cut { facet.corners.clone() } else { above(&facet.corners, setup.notch) };
+            let first = points.len();
+            points.extend(quadrature(&kept).into_iter().filter(|(_, area)| *area > 0.0).map(|(at, area)| {
+                Point { off: at - facet.centroid, area, cosine: 0.0, most: 0.0, lost: 0.0 }
+            }));
+            facets.push(Facing {
+                normal: facet.normal,
+                length: facet.length,
+                corners: kept,
+                points: first..points.len(),
+            });
+        }
+        let mut ties = Vec::new();
+        let around = around(&beam.lattice.springs[..facets.len()], mesh.nodes.len());
+        let cells = &beam.lattice.nodes[..mesh.nodes.len()];
+        for (n, fibre) in setup.fibres.iter().enumerate() {
+            for (part, spring) in walk(fibre, cells, &around) {
+                if let Some(facet) = facets.get(spring) {
+                    let tie = tie(beam, fibre, part, spring, facet);
+                    ties.push(Tie { fibre: n, ..tie });
+                }
+            }
+        }
+        ties.retain(|tie| !facets[tie.facet].points.is_empty());
+        let mut ties_of: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (n, tie) in ties.iter().enumerate() {
+            ties_of.entry(tie.facet).or_default().push(n);
+        }
+        let lattice = Lattice {
+            nodes: beam.lattice.nodes.clone(),
+            springs: beam.lattice.springs.clone(),
+            fixed: beam.lattice.fixed.clone(),
+        };
+        let factor = Factor::new(&lattice.nodes, &lattice.elements(), lattice.fixed.clone(), &[], &[])?;
+        Ok(Self {
+            load: beam.load(),
+            force: beam.force.clone(),
+            middle: beam.middle.clone(),
+            mouth: gauge(beam)?,
+            modulus: setup.modulus,
+            softening: setup.softening,
+            bond: setup.bond,
+            lattice,
+            factor,
+            facets,
+            points,
+            ties,
+            ties_of,
+        })
+    }
+
+    /// The factorised intact beam, without what fibres add to it.
+    pub(crate) fn factor(&self) -> &Factor {
+        &self.factor
+    }
+
+    /// The jump of a facet at its place and the relative rotation.
+    fn motion(&self, displacements: &[f64], facet: usize) -> (DVec3, DVec3) {
+        let spring = &self.lattice.springs[facet];
+        let [(u, a), (v, b)] = spring.cells.map(|cell| {
+            let own = &displacements[UNKNOWNS * cell..][..UNKNOWNS];
+            let (shift, turn) = (DVec3::from_slice(&own[..3]), DVec3::from_slice(&own[3..]));
+            (shift + turn.cross(spring.at - self.lattice.nodes[cell]), turn)
+        });
+        (v - u, b - a)
+    }
+
+    /// The law of a point whose traction is at the angle with this cosine to the normal of its facet.
+    fn law(&self, facet: usize, cosine: f64) -> Law {
+        self.softening.spring(self.facets[facet].length * cosine, self.modulus)
+    }
+
+    /// What a point has been through if the jump is this, and its law.
+    fn state(&self, facet: usize, point: &Point, jump: DVec3) -> (Law, Point) {
+        let size = jump.length();
+        let across = jump.dot(self.facets[facet].normal);
+        let cosine = if point.cosine > 0.0 {
+            point.cosine
+        } else if across > LEAST * size {
+            across / size
+        } else {
+            LEAST
+        };
+        let law = self.law(facet, cosine);
+        let driving = size.min(across / LEAST);
+        if driving <= point.most {
+            return (law, *point);
+        }
+        // 1/2 (E/h) |Delta|^2 d(omega), in which the law's own work has the jump that drives it.
+        let gain = (law.lost(driving) - law.lost(point.most)) * (size / driving).powi(2);
+        let lost = point.lost + point.area * cosine * gain;
+        (law, Point { cosine, most: driving, lost, ..*point })
+    }
+
+    /// A fibre that bridges the jump of its facet: the direction of that, and the bridge, if the matrix there is cracked.
+    fn bridge(&self, tie: &Tie, jump: DVec3) -> Option<(DVec3, Bridge)> {
+        if tie.open.is_some() {
+            return tie.open;
+        }
+        let size = jump.length();
+        let facet = &self.facets[tie.facet];
+        let cosine = jump.dot(facet.normal) / size;
+        let first = self.law(tie.facet, cosine.clamp(LEAST, 1.0)).first_jump();
+        if !(cosine > 0.0 && size > first) {
+            return None;
+        }
+        let direction = jump / size;
+        let angle = tie.way.dot(direction).abs().min(1.0).acos();
+        let crossing = Crossing { angle, ..tie.crossing };
+        Some((direction, Bridge::new(&self.bond, tie.diameter, &crossing, first, tie.along)))
+    }
+
+    fn jump(motion: (DVec3, DVec3), off: DVec3) -> DVec3 {
+        motion.0 + motion.1.cross(off)
+    }
+
+    /// Fibres across open facets.
+    pub(crate) fn bridges(&self, displacements: &[f64]) -> Vec<BridgeState> {
+        let state = |tie: &Tie| {
+            let (direction, bridge) = tie.open?;
+            let jump = Self::jump(self.motion(displacements, tie.facet), tie.off).dot(direction);
+            let angle = tie.way.dot(direction).abs().min(1.0).acos();
+            let crossing = Crossing { angle, ..tie.crossing };
+            let force = bridge.secant(jump, bridge.most) * jump;
+            Some(BridgeState { fibre: tie.fibre, crossing, opening: jump.max(0.0), force })
+        };
+        self.ties.iter().filter_map(state).collect()
+    }
+
+    /// The facets that are open by more than a tenth of what the matrix bridges, with the openings in m at their corners.
+    pub(crate) fn crack(&self, displacements: &[f64]) -> Vec<(Vec<DVec3>, Vec<f64>)> {
+        let mut open = Vec::new();
+        for (n, facet) in self.facets.iter().enumerate() {
+            let most = self.points[facet.points.clone()].iter().map(|point| point.most).fold(0.0, f64::max);
+            if most > SHOWN * self.softening.last_opening {
+                let motion = self.motion(displacements, n);
+                let at = self.lattice.springs[n].at;
+                let opening = |corner: &DVec3| Self::jump(motion, *corner - at).length();
+                open.push((facet.corners.clone(), facet.corners.iter().map(opening).collect()));
+            }
+        }
+        open
+    }
+
+    /// What points and fibres have been through.
+    pub(crate) fn save(&self) -> Vec<f64> {
+        let points = self.points.iter().flat_map(|point| [point.cosine, point.most, point.lost]);
+        let ties = self.ties.iter().flat_map(|tie| match &tie.open {
+            Some((direction, bridge)) => [direction.x, direction.y, direction.z, bridge.most],
+            None => [0.0; 4],
+        });
+        points.chain(ties).collect()
+    }
+
+    /// Takes these up again; false if they are of another beam.
+    pub(crate) fn restore(&mut self, state: &[f64]) -> bool {
+        if state.len() != 3 * self.points.len() + 4 * self.ties.len() {
+            return false;
+        }
+        let (points, ties) = state.split_at(3 * self.points.len());
+        for (point, state) in self.points.iter_mut().zip(points.chunks(3)) {
+            (point.cosine, point.most, point.lost) = (state[0], state[1], state[2]);
+        }
+        for (n, state) in ties.chunks(4).enumerate() {
+            let direction = DVec3::from_slice(&state[..3]);
+            if direction == DVec3::ZERO {
+                continue;
+            }
+            let tie = &self.ties[n];
+            let cosine = direction.dot(self.facets[tie.facet].normal).clamp(LEAST, 1.0);
+            let first = self.law(tie.facet, cosine).first_jump();
+            let angle = tie.way.dot(direction).abs().min(1.0).acos();
+            let crossing = Crossing { angle, ..tie.crossing };
+            let mut bridge = Bridge::new(&self.bond, tie.diameter, &crossing, first, tie.along);
+            bridge.most = state[3];
+            self.ties[n].open = Some((direction, bridge));
+        }
+        true
+    }
+
+    /// The stiffness of a facet with its fibres.
+    fn stiffness(&self, n: usize, secants: &[f64]) -> [[f64; 6]; 6] {
+        let facet = &self.facets[n];
+        let points = &self.points[facet.points.clone()];
+        let own = &secants[2 * facet.points.start..2 * facet.points.end];
+        let mut sum = [[0.0; 6]; 6];
+        let mut add = |matrix: DMat3, off: DVec3| {
+            // T' matrix T, T = [1, -off x].
+            let skew = DMat3::from_cols(
+                DVec3::new(0.0, off.z, -off.y),
+                DVec3::new(-off.z, 0.0, off.x),
+                DVec3::new(off.y, -off.x, 0.0),
+            );
+            let turned = -1.0 * (matrix * skew);
+            let twice = skew * turned;
+            for k in 0..3 {
+                for l in 0..3 {
+                    sum[k][l] += matrix.col(l)[k];
+                    sum[k][3 + l] += turned.col(l)[k];
+                    sum[3 + l][k] += turned.col(l)[k];
+                    sum[3 + k][3 + l] += twice.col(l)[k];
+                }
+            }
+        };
+        let normal = outer(facet.normal, facet.normal);
+        for (point, [across, along]) in points.iter().zip(own.as_chunks::<2>().0) {
+            let each = self.modulus / facet.length * point.area;
+            add((DMat3::IDENTITY * *along + normal * (across - along)) * each, point.off);
+        }
+        for tie in self.ties_of.get(&n).into_iter().flatten() {
+            let root = DVec3::from_slice(&secants[2 * self.points.len() + 3 * tie..][..3]);
+            add(outer(root, root), self.ties[*tie].off);
+        }
+        sum
+    }
+}
+
+impl Cracking for Anywhere {
+    fn respond(&self, secants: &[f64]) -> Result<(Vec<f64>, f64), Singular> {
+        let springs = self.lattice.springs.par_iter().enumerate().map(|(n, spring)| {
+            let stiffness = if n < self.facets.len() { self.stiffness(n, secants) } else { spring.stiffness };
+            Spring { stiffness, ..spring.clone() }
+        });
+        let springs: Vec<Spring> = springs.collect();
+        let elements: Vec<_> = springs.par_iter().map(|spring| self.lattice.element(spring)).collect();
+        let fixed = self.lattice.fixed.clone();
+        let found = Factor::new(&self.lattice.nodes, &elements, fixed, &[], &[])?.solve(&self.load);
+        let opening = value(&self.mouth, &found);
+        Ok((found, opening))
+    }
+
+    /// Of each point, what is left of its stiffness across the facet and along it; of each fibre the root of its stiffness, as a vector.
+    fn secants(&self, displacements: &[f64]) -> Vec<f64> {
+        let facets = self.facets.par_iter().enumerate().flat_map_iter(|(n, facet)| {
+            let motion = self.motion(displacements, n);
+            self.points[facet.points.clone()].iter().flat_map(move |point| {
+                let jump = Self::jump(motion, point.off);
+                let (law, Point { most, .. }) = self.state(n, point, jump);
+                let kept = law.secant(most, most) / law.elastic();
+                [if jump.dot(facet.normal) > 0.0 { kept } else { 1.0 }, kept]
+            })
+        });
+        let mut all: Vec<f64> = facets.collect();
+        for tie in &self.ties {
+            let jump = Self::jump(self.motion(displacements, tie.facet), tie.off);
+            let root = match self.bridge(tie, jump) {
+                Some((direction, bridge)) => {
+                    let jump = jump.dot(direction);
+                    bridge.secant(jump, bridge.most.max(jump)).max(0.0).sqrt() * direction
+                }
+                None => tie.along.sqrt() * tie.way,
+            };
+            all.extend(root.to_array());
+        }
+        all
+    }
+
+    /// Until one of several cracks has won, all soften a little more with each attempt: asking for less would be waiting for that. Work does get lost where a
+    /// branch of the crack closes all at once.
+    fn care(&self) -> Care {
+        Care { load: 1e-4, secants: 1e-2, slip: 1e-3, patience: 12 }
+    }
+
+    /// By how much stresses have changed, as shares of the strength; forces of fibres, as shares of all of them.
+    fn change(&self, old: &[f64], new: &[f64], displacements: &[f64]) -> f64 {
+        let mut most = 0.0_f64;
+        for (n, facet) in self.facets.iter().enumerate() {
+            let range = 2 * facet.points.start..2 * facet.points.end;
+            if old[range.clone()] == new[range] {
+                continue;
+            }
+            let motion = self.motion(displacements, n);
+            let strength = self.law(n, 1.0).first_jump();
+            for k in facet.points.clone() {
+                let jump = Self::jump(motion, self.points[k].off);
+                let across = jump.dot(facet.normal).abs() * (old[2 * k] - new[2 * k]).abs();
+                let along = jump.length() * (old[2 * k + 1] - new[2 * k + 1]).abs();
+                most = most.max(across.max(along) / strength);
+            }
+        }
+        let (mut moved, mut total) = (0.0, 0.0);
+        let first = 2 * self.points.len();
+        for (n, tie) in self.ties.iter().enumerate() {
+            let [a, b] = [old, new].map(|all| DVec3::from_slice(&all[first + 3 * n..][..3]).length_squared());
+            let jump = Self::jump(self.motion(displacements, tie.facet), tie.off).length();
+            moved += (a - b).abs() * jump;
+            total += b * jump;
+        }
+        if total > 0.0 { most.max(moved / total) } else { most }
+    }
+
+    fn found(&self, _: f64, displacements: &[f64], _: &[f64]) -> [f64; 4] {
+        let matrix: Vec<f64> = self
+            .facets
+            .par_iter()
+            .enumerate()
+            .map(|(n, facet)| {
+                let motion = self.motion(displacements, n);
+                let lost = |point: &Point| self.state(n, point, Self::jump(motion, point.off)).1.lost;
+                self.points[facet.points.clone()].iter().map(lost).sum()
+            })
+            .collect();
+        let fibres = self.ties.iter().map(|tie| {
+            let jump = Self::jump(self.motion(displacements, tie.facet), tie.off);
+            self.bridge(tie, jump)
+                .map_or(0.0, |(direction, bridge)| bridge.lost(bridge.most.max(jump.dot(direction))))
+        });
+        [
+            value(&self.force, displacements),
+            value(&self.middle, displacements),
+            matrix.iter().sum(),
+            fibres.sum(),
+        ]
+    }
+
+    fn commit(&mut self, displacements: &[f64]) {
+        let mut points = std::mem::take(&mut self.points);
+        for (n, facet) in self.facets.iter().enumerate() {
+            let motion = self.motion(displacements, n);
+            for point in &mut points[facet.points.clone()] {
+                let (law, after) = self.state(n, point, Self::jump(motion, point.off));
+                if after.most > law.first_jump() {
+                    *point = after;
+                }
+            }
+        }
+        self.points = points;
+        for n in 0..self.ties.len() {
+            let tie = &self.ties[n];
+            let jump = Self::jump(self.motion(displacements, tie.facet), tie.off);
+            if let Some((direction, mut bridge)) = self.bridge(tie, jump) {
+                bridge.most = bridge.most.max(jump.dot(direction));
+                self.ties[n].open = Some((direction, bridge));
+            }
+        }
+    }
+}
+
+/// The matrix a b'.
+fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
+fn tie(beam: &Beam, fibre: &Fibre, part: f64, spring: usize, facet: &Facing) -> Tie {
+    let [start, end] = fibre.ends;
+    let (length, way) = (fibre.length(), (end - start).normalize());
+    let point = start + part * (end - start);
+    let along = beam.lag.map_or(0.0, |lag| lag.stiffness(fibre, part, facet.normal, facet.length));
+    Tie {
+        fibre: 0,
+        facet: spring,
+        off: point - beam.lattice.springs[spring].at,
+        way,
+        along,
+        diameter: fibre.diameter,
+        crossing: Crossing { point, lengths: [part * length, (1.0 - part) * length], angle: 0.0 },
+        open: None,
+    }
+}
+
+/// The opening that leads the test: of the notch; of the lower face over the beam's height, or between the loads if these are further apart; or between the
+/// plates.
+fn gauge(beam: &Beam) -> Result<Functional, TrialError> {
+    let (setup, mesh, lattice) = (&beam.setup, &beam.mesh, &beam.lattice);
+    if setup.notch > 0.0 {
+        return Ok(notch_opening(beam));
+    }
+    let inner = match setup.loading {
+        Loading::Tension => return Ok(beam.force.clone()),
+        Loading::FourPoint { inner, .. } => inner,
+        Loading::ThreePoint { .. } => 0.0,
+    };
+    let half = 0.5 * inner.max(setup.size.z);
+    let end = |sign: f64| {
+        let at = 0.5 * setup.size.x + sign * half;
+        line(lattice, mesh, 4, DVec3::X, at, setup.grading.finest, "the gauge of the opening")
+    };
+    Ok(combined(&[(-1.0, &end(-1.0)?), (1.0, &end(1.0)?)]))
+}
