@@ -281,14 +281,15 @@ impl Nodes {
         let gone = around.positions.iter().zip(&ways).map(|(at, way)| *at + *way);
         let all: Vec<DVec3> = gone.chain(images).collect();
         let (spacing, dimension) = (space.spacing, space.dimension);
-        let most = around.each(|a| {
-            let others = around.around(a).filter(|(.., source)| source.wall.is_none());
-            let nearest = others.map(|(_, x, _)| x.length()).fold(f64::MAX, f64::min);
-            let least = if nearest < CROWDED * spacing { LEAVES * spacing } else { 0.0 };
-            (PARTS * past[a] * step).max(least)
+        let crowded = around.each(|a| {
+            let mut others = around.around(a).filter(|(.., source)| source.wall.is_none());
+            others.any(|(_, x, _)| x.length() < CROWDED * spacing)
         });
-        let parted =
-            reorder(&all, &around.near, &followers, spacing, dimension, &most, &stencils.outward, SWEEPS);
+        let most =
+            around.each(|a| (PARTS * past[a] * step).max(if crowded[a] { LEAVES * spacing } else { 0.0 }));
+        // Who lies on another leaves to any side.
+        let outward = around.each(|a| if crowded[a] { DVec3::ZERO } else { stencils.outward[a] });
+        let parted = reorder(&all, &around.near, &followers, spacing, dimension, &most, &outward, SWEEPS);
         // At the surface gradients are told from one side only.
         let changes = around.each(|a| match spread[a] + parted[a] {
             way if way == DVec3::ZERO || stencils.surface[a] => DVec3::ZERO,

@@ -35,7 +35,7 @@ pub(crate) struct Stencils<'a> {
     pub(crate) mute: Vec<bool>,
     /// Which of those have too few neighbours to tell gradients: nothing presses on them, and they are taken along by others only.
     pub(crate) loose: Vec<bool>,
-    /// The way out of the fluid of those at the surface that have fluid below them; zero for others, and in spray.
+    /// The way out of the fluid of those at the surface that are not loose; zero for others.
     pub(crate) outward: Vec<DVec3>,
 }
 
@@ -79,8 +79,7 @@ impl<'a> Stencils<'a> {
             });
             inner < INNER * all
         };
-        let alone = around.each(alone);
-        let surface = around.each(|a| outer[a] || alone[a]);
+        let surface = around.each(|a| outer[a] || alone(a));
         let d = around.dimension.number() as f64;
         let whole = around.on_lattice(|r| kernel.weight(r) * r * r) / around.volume;
         let laplacian = |a: usize| {
@@ -101,7 +100,7 @@ impl<'a> Stencils<'a> {
         };
         let laplacians = around.each(laplacian).concat();
         let outward = around.each(|a| match gradients.leaning(a) {
-            Some(b) if outer[a] && !alone[a] => -b.normalize_or_zero(),
+            Some(b) if surface[a] => -b.normalize_or_zero(),
             _ => DVec3::ZERO,
         });
         let loose = slopes.iter().map(|slopes| slopes.is_none()).collect();
