@@ -1,7 +1,7 @@
 //! What the methods without a mesh share: nodes that are scattered over a plane or over space, and what can be told of fields that are known at them.
 //!
 //! - [`Kernel`]: how much a neighbour counts, by its distance.
-//! - [`nodes`]: where there are any at first; [`Neighbours`]: who is near whom; [`at_surface`]: who is at the free surface; [`images`]: what walls show of them, [`copies`]: what is there again beyond periodic sides; [`reorder`]: how those that move stay apart.
+//! - [`nodes`]: where there are any at first; [`Neighbours`]: who is near whom; [`at_surface`]: who is at the free surface; [`images`]: what walls show of them, [`copies`]: what is there again beyond periodic sides; [`reorder`]: how those that move stay apart; [`crowding`]: how much denser they stand than they should.
 //! - [`Space`] with its walls, and [`Surroundings`]: all of that together at a moment.
 //! - [`Gradients`]: derivatives that are exact for linear fields on any cloud, and the Laplacian of Lagrangian differencing dynamics.
 //! - [`Matrix`], [`Multigrid`], [`solve`]: linear systems over neighbours, by conjugate gradients with a preconditioner whose cost is linear.
@@ -9,6 +9,7 @@
 //! Positions are in m, in three components; a plane is one of x and z, and y the same everywhere. All sums are taken in a fixed order, so that results are the same to the bit on
 //! any number of threads.
 
+mod crowding;
 mod kernel;
 mod krylov;
 mod matrix;
@@ -23,6 +24,7 @@ mod space;
 mod surface;
 mod surroundings;
 
+pub use crowding::crowding;
 pub use kernel::{Dimension, Kernel, Smoothing};
 pub use krylov::{Failure, Method, Settings, Solved, solve};
 pub use matrix::{Block, Matrix};

@@ -7,7 +7,7 @@
 //!     rho (u* - u)/dt = -grad p + rho g + div(2 mu E*)                     (module `viscosity`)
 //!     lap p' = div(rho u*/dt + grad p),   p' = 0 at the surface, n . grad p' = rho n . g at walls      (module `pressure`)
 //!     u' = u* - dt/rho grad (p' - p)
-//!     x' = x + dt (3/2 u' - 1/2 u), and what keeps nodes apart (`tremie_cloud::reorder`)
+//!     x' = x + dt (3/2 u' - 1/2 u), and what keeps nodes apart and as dense as they were (`tremie_cloud::reorder`, `crowding`)
 //! ```
 //!
 //! The paper finds the pressure first, by `lap p' = rho/dt div u`, and then u' with it (`Coupling::PressureFirst`). What the new velocities are not free of divergence by is taken up in the next

@@ -4,12 +4,12 @@
 //! energy in a time. Here velocities are those half-way between places, as in leap-frogging: x' = x + dt u', and it loses nothing. They are to be free of divergence half-way, which is where nodes are
 //! div u' = dt/2 tr(L L), L = grad u. In the paper's order its own rule is kept.
 
-use tremie_cloud::{Dimension, Failure, Follower, Source, Space, Surroundings, reorder};
+use tremie_cloud::{Dimension, Failure, Follower, Gradients, Source, Space, Surroundings, reorder};
 use tremie_numerics::DVec3;
 use tremie_rheology::FlowCurve;
 
 use crate::pressure::{self, Poisson};
-use crate::stencils::{Stencils, kernel};
+use crate::stencils::Stencils;
 use crate::viscosity::{self, System};
 
 /// What flows.
@@ -86,7 +86,7 @@ const CLOSEST: f64 = 0.25;
 /// How far nodes that are too near to each other may part in a step, over the way that they go past others in it; and in how many sweeps.
 const PARTS: f64 = 0.5;
 const SWEEPS: usize = 5;
-/// Spacings below which neighbours are so near that a node may go so many in any case to part from them.
+/// Spacings below which neighbours are so near that a node may go so many in any case to part from them: where nothing presses, at the surface and in drops, they may come to lie on each other.
 const CROWDED: f64 = 0.55;
 const LEAVES: f64 = 0.1;
 /// Largest change of a velocity over the way to a neighbour in a step that is seen in where it goes.
@@ -168,7 +168,7 @@ impl Nodes {
 
     /// What surrounds nodes where they are, in a step in s.
     pub(crate) fn surroundings(&self, step: f64) -> Surroundings {
-        Surroundings::with(kernel(&self.space), &self.positions, &self.space, self.time, step)
+        Surroundings::new(&self.positions, &self.space, self.time, step)
     }
 
     /// Goes on by a step.
@@ -178,7 +178,8 @@ impl Nodes {
     pub fn advance(&mut self) -> Result<(), Failure> {
         let (step, fluid) = (self.time_step(), self.fluid);
         let around = self.surroundings(step);
-        let stencils = Stencils::new(&around, self.stepping.operators);
+        let wide = around.gradients();
+        let stencils = Stencils::new(&around, &wide, self.stepping.operators);
         let poisson = Poisson::new(&stencils, &fluid);
         if self.time == 0.0 && self.stepping.coupling == Coupling::Incremental {
             self.pressures = poisson.at_rest()?;
@@ -209,7 +210,7 @@ impl Nodes {
                 [self.push(&stencils, &pushed, step)?, projection]
             }
         };
-        self.go(&stencils, &before, step);
+        self.go(&stencils, &poisson, &wide, &before, step)?;
         self.time += step;
         self.last_step = step;
         Ok(())
@@ -249,18 +250,19 @@ impl Nodes {
     }
 
     /// Moves nodes on by the new velocities and those `before` in m/s in a step in s (Basic 2021, Eq. 20), and apart from each other; their velocities become those of the fluid there.
-    fn go(&mut self, stencils: &Stencils, before: &[DVec3], step: f64) {
+    fn go(
+        &mut self,
+        stencils: &Stencils,
+        poisson: &Poisson,
+        wide: &Gradients,
+        before: &[DVec3],
+        step: f64,
+    ) -> Result<(), Failure> {
         let (space, around) = (&self.space, stencils.around);
         let ahead = match self.stepping.coupling {
             Coupling::PressureFirst if self.last_step > 0.0 => 0.5 * step / self.last_step,
             _ => 0.0,
         };
-        let ways: Vec<DVec3> = self
-            .velocities
-            .iter()
-            .zip(before)
-            .map(|(u, old)| step * ((1.0 + ahead) * *u - ahead * *old))
-            .collect();
         let seen = around.velocities(&self.velocities);
         // What is between a node and its image, a wall, has the mean of their velocities.
         let share = |source: &Source| if source.wall.is_some() { 0.5 } else { 1.0 };
@@ -268,6 +270,10 @@ impl Nodes {
             let others = around.around(a).map(|(n, _, source)| share(source) * seen[a].distance(seen[n]));
             others.fold(0.0, f64::max)
         });
+        let spread = poisson.spread(wide, &past, step)?;
+        let velocities = self.velocities.iter().zip(before);
+        let gone = velocities.map(|(u, old)| step * ((1.0 + ahead) * *u - ahead * *old));
+        let ways: Vec<DVec3> = gone.zip(&spread).map(|(way, spread)| way + *spread).collect();
         let follower = |source: &Source| Follower { of: source.of, turn: source.mirror };
         let followers: Vec<Follower> = around.sources[around.number..].iter().map(follower).collect();
         let images = around.positions[around.number..].iter().zip(&followers);
@@ -275,22 +281,24 @@ impl Nodes {
         let gone = around.positions.iter().zip(&ways).map(|(at, way)| *at + *way);
         let all: Vec<DVec3> = gone.chain(images).collect();
         let (spacing, dimension) = (space.spacing, space.dimension);
-        let most = around.each(|a| {
-            let others = around.around(a).filter(|(.., source)| source.wall.is_none());
-            let nearest = others.map(|(_, x, _)| x.length()).fold(f64::MAX, f64::min);
-            let least = if nearest < CROWDED * spacing { LEAVES * spacing } else { 0.0 };
-            (PARTS * past[a] * step).max(least)
+        let crowded = around.each(|a| {
+            let mut others = around.around(a).filter(|(.., source)| source.wall.is_none());
+            others.any(|(_, x, _)| x.length() < CROWDED * spacing)
         });
-        let parted =
-            reorder(&all, &around.near, &followers, spacing, dimension, &most, &stencils.outward, SWEEPS);
+        let most =
+            around.each(|a| (PARTS * past[a] * step).max(if crowded[a] { LEAVES * spacing } else { 0.0 }));
+        // Who lies on another leaves to any side.
+        let outward = around.each(|a| if crowded[a] { DVec3::ZERO } else { stencils.outward[a] });
+        let parted = reorder(&all, &around.near, &followers, spacing, dimension, &most, &outward, SWEEPS);
         // At the surface gradients are told from one side only.
-        let changes = around.each(|a| match parted[a] {
+        let changes = around.each(|a| match spread[a] + parted[a] {
             way if way == DVec3::ZERO || stencils.surface[a] => DVec3::ZERO,
             way => stencils.velocity_gradient(a, &seen) * way,
         });
         self.velocities.iter_mut().zip(changes).for_each(|(u, change)| *u += change);
         self.positions = all.iter().zip(parted).map(|(at, way)| *at + way).collect();
         self.keep_out(step);
+        Ok(())
     }
 
     /// Keeps nodes a little off the walls where they are after a step in s, and from going there.

@@ -13,13 +13,15 @@
 //!
 //! is told by the divergence and the rest by the Laplacian (D: spacing): as elements are stabilised that have velocity and pressure at the same nodes (Hughes, Franca and Balestra 1986). Images in walls have the pressure of their nodes and the weight of the fluid between them.
 
-use tremie_cloud::{Failure, Matrix, Method, Multigrid, Settings, Source, solve};
+use tremie_cloud::{Failure, Gradients, Matrix, Method, Multigrid, Settings, Source, crowding, solve};
 use tremie_numerics::DVec3;
 
 use crate::Fluid;
 use crate::stencils::Stencils;
 
 const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-7, iterations: 500 };
+/// Places need not be as exact.
+const ROUGHLY: Settings = Settings { tolerance: 1e-2, ..SETTINGS };
 
 /// The problem of Poisson over nodes.
 pub(crate) struct Poisson<'a> {
@@ -120,6 +122,9 @@ impl<'a> Poisson<'a> {
         let pushes: Vec<DVec3> =
             around.mirrored(|source| weight + source.mirror * (pushed[source.of] - weight));
         let source = |a: usize| {
+            if self.stencils.mute[a] {
+                return 0.0;
+            }
             let told = 1.0 / (1.0 + stiff * viscosity[a]);
             let laplacian = self.weights[a].unwrap_or(0.0) - bends[a];
             rate * (self.stencils.divergence(a, &moved) - wanted[a])
@@ -127,6 +132,20 @@ impl<'a> Poisson<'a> {
                 + (1.0 - told) * laplacian
         };
         self.solve(source, pressures)
+    }
+
+    /// Ways in m by which nodes, which go so fast in m/s `past` others, come back to where they fill the volume evenly, in a step in s.
+    pub(crate) fn spread(&self, wide: &Gradients, past: &[f64], step: f64) -> Result<Vec<DVec3>, Failure> {
+        let (around, stencils) = (self.stencils.around, self.stencils);
+        let mut right = crowding(around, wide, &stencils.surface, past, step);
+        right
+            .iter_mut()
+            .zip(&self.weights)
+            .for_each(|(of, row)| *of = if row.is_some() { -*of } else { 0.0 });
+        let mut values = vec![0.0; around.number];
+        solve(&self.matrix, Some(&self.multigrid), &right, &mut values, &ROUGHLY)?;
+        let all = around.mirrored(|source| values[source.of]);
+        Ok(around.each(|a| stencils.gradient(a, &all)))
     }
 }
 

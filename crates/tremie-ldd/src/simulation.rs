@@ -158,7 +158,7 @@ impl Simulation for LagrangianDifferencing {
         let viscosities: Vec<f64> =
             nodes.shear_rates.iter().map(|rate| nodes.fluid.viscosity(*rate)).collect();
         let around = nodes.surroundings(step);
-        let stencils = Stencils::new(&around, nodes.stepping.operators);
+        let stencils = Stencils::new(&around, &around.gradients(), nodes.stepping.operators);
         let pulls = pulls(&stencils, &viscosities, &nodes.velocities, nodes.space.spacing.powi(3));
         let nodes = Scattered {
             case: &self.case,

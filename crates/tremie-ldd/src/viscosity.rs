@@ -53,7 +53,7 @@ fn pairs(
         2.0 * one * other / (one + other)
     };
     let at = around.positions[node];
-    let weight = move |n: usize, x: DVec3| around.kernel.weight(x.length()) * mean(n);
+    let weight = move |n: usize, x: DVec3| stencils.kernel.weight(x.length()) * mean(n);
     let (mut slope, mut moment) = (DVec3::ZERO, DMat3::ZERO);
     if turns && !stencils.loose[node] {
         for (n, _, c) in stencils.pairs(node) {

@@ -6,14 +6,7 @@
 //!
 //! All of it is found anew, not only its change: what the Laplacian sees of a pressure and the divergence of its gradient does not would add up from step to step.
 //!
-//! Velocities without divergence do not keep particles as dense as they were: what is left of errors adds up, and who is parted from others goes where there is room. So particles are moved back
-//! besides, as incompressible fluids are in which places are projected, too (Hu and Adams 2007): by
-//!
-//! ```text
-//!     dx = grad phi,    lap phi = k (n/n0 - 1),    phi = 0 at the free surface,    d phi/dn = 0 at walls
-//! ```
-//!
-//! with n the share of the volume around that particles stand for, n0 that of a lattice, less right below a surface, and k the share that is taken back, as large as the way that a particle goes past others: what is at rest, or moves as a solid does, stays as it is.
+//! Particles are moved back to where they fill the volume evenly, too (`tremie_cloud::crowding`).
 //!
 //! The Laplacian of Wu (2016, Eq. 20) is wrong for linear fields where part of the kernel is empty, which is two rows of particles below a surface, and wrong everywhere on disordered particles; so
 //! the weights of its pairs are corrected as those of Lagrangian differencing dynamics are (`tremie_cloud::Gradients::laplacian`), and a hydrostatic pressure is exact on any cloud.
@@ -21,7 +14,9 @@
 //! Such operators are not each other's adjoints as those of the paper are, which alone keeps energy from growing; where neighbours are on one side only a pressure would even drive apart what
 //! it should hold together. So whoever has neighbours on one side only is at the surface.
 
-use tremie_cloud::{Failure, Gradients, Matrix, Method, Multigrid, Settings, Source, Surroundings, solve};
+use tremie_cloud::{
+    Failure, Gradients, Matrix, Method, Multigrid, Settings, Source, Surroundings, crowding, solve,
+};
 use tremie_numerics::DVec3;
 
 use crate::Fluid;
@@ -29,11 +24,6 @@ use crate::Fluid;
 const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-7, iterations: 500 };
 /// Places need not be as exact.
 const ROUGHLY: Settings = Settings { tolerance: 1e-2, ..SETTINGS };
-
-/// How much of what particles stand too near to each other or too far apart is taken back, over the smoothing lengths that one goes past others in a step: all of it in steps of the usual length.
-const RELAXES: f64 = 4.0;
-/// What of the volume around is missing right below a flat surface, over how one-sided the neighbours are there times the kernel's support.
-const MISSING: f64 = 0.1;
 
 /// Problems of Poisson over particles, zero at the free surface.
 pub(crate) struct Poisson<'a> {
@@ -135,25 +125,8 @@ impl<'a> Poisson<'a> {
 
     /// Ways in m by which particles, which go so fast in m/s `past` others, come back to where they fill the volume evenly, in a step in s.
     pub(crate) fn spread(&self, past: &[f64], step: f64) -> Result<Vec<DVec3>, Failure> {
-        let (around, surface) = (self.around, &self.surface);
-        let length = 0.5 * around.kernel.support();
-        let whole = around.on_lattice(|r| around.kernel.weight(r));
-        let crowding = |a: usize| {
-            let deep = || around.around(a).all(|(_, _, source)| !surface[source.of]);
-            let full = match self.gradients.leaning(a) {
-                _ if surface[a] => return 0.0,
-                Some(b) if !deep() => 1.0 - MISSING * b.length() * around.kernel.support(),
-                _ => 1.0,
-            };
-            around.crowd(a) / whole - full
-        };
-        let taken = |a: usize| (RELAXES * past[a] * step / length).min(1.0);
-        let mut sources = around.each(|a| taken(a) * crowding(a));
-        // Without a surface the volume cannot change.
-        if !surface.contains(&true) {
-            let mean = sources.iter().sum::<f64>() / sources.len() as f64;
-            sources.iter_mut().for_each(|source| *source -= mean);
-        }
+        let around = self.around;
+        let sources = crowding(around, &self.gradients, &self.surface, past, step);
         let source = |a: usize| sources[a];
         let mut values = vec![0.0; around.number];
         self.solve(source, false, &ROUGHLY, &mut values)?;
