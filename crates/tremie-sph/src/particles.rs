@@ -49,7 +49,7 @@ impl Fluid {
 /// How a step is taken.
 #[derive(Debug, Clone, Copy)]
 pub struct Stepping {
-    /// Share of a smoothing length that particles may go in a step past others around them or along a wall. So fast may all of them go together that steps hardly depend on it: what falls
+    /// Share of a smoothing length that particles may go in a step past others around them or along a wall, sprays apart. So fast may all of them go together that steps hardly depend on it: what falls
     /// does so in steps of the usual length.
     pub courant: f64,
     /// Longest step in s.
@@ -131,7 +131,7 @@ impl Particles {
         self.pace().0
     }
 
-    /// The same, and how fast in m/s each particle goes past others around it and along walls.
+    /// The same, and how fast in m/s each particle goes past others around it and along walls, no faster than a step allows.
     fn pace(&self) -> (f64, Vec<f64>) {
         let length = self.space.smoothing_length();
         let walls = self.space.walls.iter().map(|wall| wall.motion.largest_speed(self.time));
@@ -143,11 +143,17 @@ impl Particles {
         let all = around.velocities(&self.velocities);
         // What is between a particle and its image, a wall, has the mean of their velocities.
         let share = |source: &Source| if source.wall.is_some() { 0.5 } else { 1.0 };
+        let sprayed = around.sprayed();
+        // How fast one goes past all others, and past those that a step must follow: a spray does not press on anything but walls.
         let past = around.each(|a| {
-            let others = around.around(a).map(|(n, _, source)| share(source) * all[a].distance(all[n]));
-            others.fold(0.0, f64::max)
+            around.around(a).fold([0.0f64; 2], |[any, followed], (n, _, source)| {
+                let speed = share(source) * all[a].distance(all[n]);
+                let follows = source.wall.is_some() || !(sprayed[a] || sprayed[source.of]);
+                [any.max(speed), if follows { followed.max(speed) } else { followed }]
+            })
         });
-        step = step.min(self.stepping.courant * length / past.iter().copied().fold(0.0, f64::max));
+        let fastest = past.iter().map(|[_, followed]| *followed).fold(0.0, f64::max);
+        step = step.min(self.stepping.courant * length / fastest);
         if self.stepping.explicit {
             let stiffest =
                 self.shear_rates.iter().map(|rate| self.fluid.viscosity(*rate)).fold(0.0, f64::max);
@@ -155,7 +161,8 @@ impl Particles {
         } else if self.three.is_some() {
             step = step.min(self.explicit_limit(self.fluid.curve.plastic_viscosity()));
         }
-        (step, past)
+        let most = self.stepping.courant * length / step;
+        (step, past.into_iter().map(|[any, _]| any.min(most)).collect())
     }
 
     /// Longest explicit step in s with so large a viscosity in Pa s.
