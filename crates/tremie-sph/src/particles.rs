@@ -219,15 +219,22 @@ impl Particles {
             let (step, past) = self.pace();
             match self.plate {
                 Some(plate) => self.balance(plate, step, &past),
-                None => self.go_on(step, &past),
+                None => self.go_on(step, &past, None),
             }
         })
     }
 
-    /// Goes on by a step in s, in which particles go so fast in m/s `past` others.
-    pub(crate) fn go_on(&mut self, step: f64, past: &[f64]) -> Result<(), Failure> {
+    /// Where particles are half-way in a step in s, by the velocities that they have.
+    pub(crate) fn half_way(&self, step: f64) -> Surroundings {
+        let way = |(at, u): (&DVec3, &DVec3)| *at + 0.5 * step * *u;
+        let places: Vec<DVec3> = self.positions.iter().zip(&self.velocities).map(way).collect();
+        Surroundings::new(&places, &self.space, self.time + 0.5 * step, step)
+    }
+
+    /// Goes on by a step in s, in which particles go so fast in m/s `past` others; half-way in it shear rates in 1/s are those by the velocities at its beginning, unless they are `known`.
+    pub(crate) fn go_on(&mut self, step: f64, past: &[f64], known: Option<&[f64]>) -> Result<(), Failure> {
         if let Some(pressure) = self.three {
-            return self.three_steps(step, pressure);
+            return self.three_steps(step, pressure, known);
         }
         let (fluid, space) = (self.fluid, &self.space);
         if self.time == 0.0 {
@@ -239,9 +246,12 @@ impl Particles {
             let way = |((at, one), other): ((&DVec3, &DVec3), &DVec3)| *at + share * step * (*one + *other);
             self.positions.iter().zip(&self.velocities).zip(with).map(way).collect()
         };
-        let half = Surroundings::new(&go(0.25, &self.velocities), space, self.time + 0.5 * step, step);
+        let half = self.half_way(step);
         let gradients = half.gradients();
-        self.shear_rates = shear_rates(&half, &gradients, &self.velocities);
+        self.shear_rates = match known {
+            Some(rates) => rates.to_vec(),
+            None => shear_rates(&half, &gradients, &self.velocities),
+        };
         let viscosity: Vec<f64> = self.shear_rates.iter().map(|rate| fluid.viscosity(*rate)).collect();
         let pushed = pressure::slopes(&half, &gradients, &fluid, &self.pressures);
         let forces: Vec<DVec3> =
