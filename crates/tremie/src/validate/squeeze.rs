@@ -86,14 +86,15 @@ impl Sample {
         let Fluid::Cells(cells) = &snapshot.fluid;
         let depth = 2.0 / self.size;
         let [nx, ny, _] = cells.count;
-        // What is next to the plate reaches as far as that, whose face may be half a cell off the lattice's.
+        // A cell that the plate cuts is wet as far as it is open.
         let open = |n: usize| {
             let low = cells.centre(0, 0, n / (nx * ny)).z - 0.5 * self.size;
             let next = height - low < 1.5 * self.size;
             if next { (height - low) / self.size } else { 1.0 }
         };
-        let volume: f64 =
-            (0..cells.fill.len()).map(|n| cells.fill[n] * open(n)).sum::<f64>() * self.size.powi(2);
+        let lattice = matches!(self.case.method, Method::Lbm(_));
+        let share = |n: usize| cells.fill[n] * if lattice { 1.0 } else { open(n) };
+        let volume: f64 = (0..cells.fill.len()).map(share).sum::<f64>() * self.size.powi(2);
         [
             depth * snapshot.solids[0].force.z,
             -depth * snapshot.walls.sides[4].force.z,
