@@ -151,13 +151,17 @@ impl Surroundings {
         Gradients::new(&self.positions, &self.near, self.dimension, weight)
     }
 
-    /// Which particles are at the free surface, by what gradients are formed with; and those of threads and sprays, whose pressure nothing around them holds.
-    pub fn surface(&self, gradients: &Gradients) -> Vec<bool> {
+    /// Which particles belong to threads and sprays: nothing around them holds a pressure.
+    pub fn sprayed(&self) -> Vec<bool> {
         let reach = self.kernel.support();
         let all = self.on_lattice(|r| if r < reach { 1.0 } else { 0.0 }) / self.volume - 1.0;
-        let mut surface = at_surface(gradients, reach);
-        surface.iter_mut().enumerate().for_each(|(n, at)| *at |= (self.near.of(n).len() as f64) < FEW * all);
-        surface
+        self.each(|a| (self.near.of(a).len() as f64) < FEW * all)
+    }
+
+    /// Which particles are at the free surface, by what gradients are formed with, or belong to threads and sprays.
+    pub fn surface(&self, gradients: &Gradients) -> Vec<bool> {
+        let surface = at_surface(gradients, self.kernel.support());
+        surface.into_iter().zip(self.sprayed()).map(|(surface, sprayed)| surface || sprayed).collect()
     }
 }
 

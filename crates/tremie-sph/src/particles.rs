@@ -49,7 +49,7 @@ impl Fluid {
 /// How a step is taken.
 #[derive(Debug, Clone, Copy)]
 pub struct Stepping {
-    /// Share of a smoothing length that particles may go in a step past others around them or along a wall. So fast may all of them go together that steps hardly depend on it: what falls
+    /// Share of a smoothing length that particles may go in a step past others around them or along a wall, sprays apart. So fast may all of them go together that steps hardly depend on it: what falls
     /// does so in steps of the usual length.
     pub courant: f64,
     /// Longest step in s.
@@ -131,7 +131,7 @@ impl Particles {
         self.pace().0
     }
 
-    /// The same, and how fast in m/s each particle goes past others around it and along walls.
+    /// The same, and how fast in m/s each particle goes past others around it and along walls, no faster than a step allows.
     fn pace(&self) -> (f64, Vec<f64>) {
         let length = self.space.smoothing_length();
         let walls = self.space.walls.iter().map(|wall| wall.motion.largest_speed(self.time));
@@ -143,11 +143,17 @@ impl Particles {
         let all = around.velocities(&self.velocities);
         // What is between a particle and its image, a wall, has the mean of their velocities.
         let share = |source: &Source| if source.wall.is_some() { 0.5 } else { 1.0 };
+        let sprayed = around.sprayed();
+        // How fast one goes past all others, and past those that a step must follow: a spray does not press on anything but walls.
         let past = around.each(|a| {
-            let others = around.around(a).map(|(n, _, source)| share(source) * all[a].distance(all[n]));
-            others.fold(0.0, f64::max)
+            around.around(a).fold([0.0f64; 2], |[any, followed], (n, _, source)| {
+                let speed = share(source) * all[a].distance(all[n]);
+                let follows = source.wall.is_some() || !(sprayed[a] || sprayed[source.of]);
+                [any.max(speed), if follows { followed.max(speed) } else { followed }]
+            })
         });
-        step = step.min(self.stepping.courant * length / past.iter().copied().fold(0.0, f64::max));
+        let fastest = past.iter().map(|[_, followed]| *followed).fold(0.0, f64::max);
+        step = step.min(self.stepping.courant * length / fastest);
         if self.stepping.explicit {
             let stiffest =
                 self.shear_rates.iter().map(|rate| self.fluid.viscosity(*rate)).fold(0.0, f64::max);
@@ -155,7 +161,8 @@ impl Particles {
         } else if self.three.is_some() {
             step = step.min(self.explicit_limit(self.fluid.curve.plastic_viscosity()));
         }
-        (step, past)
+        let most = self.stepping.courant * length / step;
+        (step, past.into_iter().map(|[any, _]| any.min(most)).collect())
     }
 
     /// Longest explicit step in s with so large a viscosity in Pa s.
@@ -212,15 +219,22 @@ impl Particles {
             let (step, past) = self.pace();
             match self.plate {
                 Some(plate) => self.balance(plate, step, &past),
-                None => self.go_on(step, &past),
+                None => self.go_on(step, &past, None),
             }
         })
     }
 
-    /// Goes on by a step in s, in which particles go so fast in m/s `past` others.
-    pub(crate) fn go_on(&mut self, step: f64, past: &[f64]) -> Result<(), Failure> {
+    /// Where particles are half-way in a step in s, by the velocities that they have.
+    pub(crate) fn half_way(&self, step: f64) -> Surroundings {
+        let way = |(at, u): (&DVec3, &DVec3)| *at + 0.5 * step * *u;
+        let places: Vec<DVec3> = self.positions.iter().zip(&self.velocities).map(way).collect();
+        Surroundings::new(&places, &self.space, self.time + 0.5 * step, step)
+    }
+
+    /// Goes on by a step in s, in which particles go so fast in m/s `past` others; half-way in it shear rates in 1/s are those by the velocities at its beginning, unless they are `known`.
+    pub(crate) fn go_on(&mut self, step: f64, past: &[f64], known: Option<&[f64]>) -> Result<(), Failure> {
         if let Some(pressure) = self.three {
-            return self.three_steps(step, pressure);
+            return self.three_steps(step, pressure, known);
         }
         let (fluid, space) = (self.fluid, &self.space);
         if self.time == 0.0 {
@@ -232,9 +246,12 @@ impl Particles {
             let way = |((at, one), other): ((&DVec3, &DVec3), &DVec3)| *at + share * step * (*one + *other);
             self.positions.iter().zip(&self.velocities).zip(with).map(way).collect()
         };
-        let half = Surroundings::new(&go(0.25, &self.velocities), space, self.time + 0.5 * step, step);
+        let half = self.half_way(step);
         let gradients = half.gradients();
-        self.shear_rates = shear_rates(&half, &gradients, &self.velocities);
+        self.shear_rates = match known {
+            Some(rates) => rates.to_vec(),
+            None => shear_rates(&half, &gradients, &self.velocities),
+        };
         let viscosity: Vec<f64> = self.shear_rates.iter().map(|rate| fluid.viscosity(*rate)).collect();
         let pushed = pressure::slopes(&half, &gradients, &fluid, &self.pressures);
         let forces: Vec<DVec3> =

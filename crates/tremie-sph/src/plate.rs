@@ -4,7 +4,7 @@
 //!     M (V - V_n)/dt = F + P(V)
 //! ```
 //!
-//! with F the load along the line and P what the fluid pushes and pulls when the plate has moved with V through the step. Viscosities are those of the step's middle and pressures those
+//! with F the load along the line and P what the fluid pushes and pulls when the plate has moved with V through the step. Viscosities are those that the speeds before give in the step's middle and pressures those
 //! of an incompressible fluid, so P is all but linear in V, and a few steps on trial find V (the secant method). So plates may be as light as they like, even without mass: what they must
 //! push out of the way, which makes them unstable where P is that of the step before, is in P(V).
 //!
@@ -15,7 +15,7 @@ use tremie_cloud::{Failure, Surroundings};
 use tremie_geometry::{Motion, Waypoint};
 use tremie_numerics::DVec3;
 
-use crate::particles::Particles;
+use crate::particles::{Particles, shear_rates};
 use crate::pressure::pushes;
 use crate::viscosity::pulls;
 
@@ -76,11 +76,13 @@ impl Particles {
 
     /// As they are after a step in s in which all is in balance.
     fn balanced(&self, plate: Plate, step: f64, past: &[f64]) -> Result<Self, Failure> {
+        // A speed on trial against fluid that has not taken it up yet would be a shear of its own, and thin the fluid.
+        let rates = self.rates_half_way(step);
         // What is missing along the line when the plate has gone with a speed, in N.
         let trial = |speed: f64| -> Result<(f64, Self), Failure> {
             let mut after = self.clone();
             after.drive(speed);
-            after.go_on(step, past)?;
+            after.go_on(step, past, Some(&rates))?;
             after.plate = Some(Plate { way: plate.way + speed * step, speed, ..plate });
             after.drive(speed);
             let inertia = plate.mass * (speed - plate.speed) / step;
@@ -103,6 +105,15 @@ impl Particles {
             }
         }
         Ok(after)
+    }
+
+    /// Shear rates in 1/s half-way in a step in s, with the plate as fast as it is.
+    fn rates_half_way(&self, step: f64) -> Vec<f64> {
+        if self.three.is_some() {
+            return self.rates_in_three_steps(step);
+        }
+        let half = self.half_way(step);
+        shear_rates(&half, &half.gradients(), &self.velocities)
     }
 
     /// Force in N of the fluid on the plate after a step in s.

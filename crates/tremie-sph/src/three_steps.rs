@@ -225,12 +225,25 @@ impl Scene {
 }
 
 impl Particles {
-    /// Goes on by a step in s in three steps.
-    pub(crate) fn three_steps(&mut self, step: f64, pressure: PressureStep) -> Result<(), Failure> {
+    /// Shear rates in 1/s half-way in a step in s.
+    pub(crate) fn rates_in_three_steps(&self, step: f64) -> Vec<f64> {
+        let scene = Scene::new(&self.positions, self, self.time + 0.5 * step, step);
+        scene.shear_rates(&scene.around.gradients(), &self.velocities)
+    }
+
+    /// Goes on by a step in s in three steps; shear rates in 1/s are those by the velocities at its beginning, unless they are `known`.
+    pub(crate) fn three_steps(
+        &mut self,
+        step: f64,
+        pressure: PressureStep,
+        known: Option<&[f64]>,
+    ) -> Result<(), Failure> {
         let (fluid, explicit) = (self.fluid, self.stepping.explicit);
         let scene = Scene::new(&self.positions, self, self.time + 0.5 * step, step);
-        let gradients = scene.around.gradients();
-        self.shear_rates = scene.shear_rates(&gradients, &self.velocities);
+        self.shear_rates = match known {
+            Some(rates) => rates.to_vec(),
+            None => scene.shear_rates(&scene.around.gradients(), &self.velocities),
+        };
         let viscosity: Vec<f64> = self.shear_rates.iter().map(|rate| fluid.viscosity(*rate)).collect();
         let weight = fluid.density * fluid.gravity;
         // Gravity goes with the pressure that holds it: fluid at rest stays there.

@@ -57,7 +57,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "LENGTH", value_parser = length, requires = "speed")]
     gap: Option<f64>,
     /// Edge of the cells
-    #[arg(long, value_name = "LENGTH", default_value = "1.25mm", value_parser = length)]
+    #[arg(long, value_name = "LENGTH", default_value = "2.5mm", value_parser = length)]
     cell_size: f64,
     #[command(flatten)]
     place: Place,

@@ -252,33 +252,70 @@ pub(super) fn taylor_green<M: Moving>(context: &Context) -> anyhow::Result<Vec<C
     Ok(checks)
 }
 
-/// Derivatives and problems of Poisson on nodes that stand in disorder, by the weights of Lagrangian differencing dynamics.
+/// What pairs of nodes count for in derivatives.
+#[derive(Clone, Copy)]
+enum Weights {
+    /// Those of Lagrangian differencing dynamics, with a Laplacian that is exact for quadratic fields.
+    Exact,
+    /// The same with the Laplacian of the paper.
+    Paper,
+    /// The slope of the kernel of smoothed particles.
+    Kernel,
+}
+
+impl Weights {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact Laplacian",
+            Self::Paper => "that of the paper",
+            Self::Kernel => "kernel of Wendland",
+        }
+    }
+
+    /// The kernel over nodes so far from each other in m.
+    fn kernel(self, dimension: Dimension, spacing: f64) -> Smoothing {
+        match self {
+            Self::Exact => Smoothing::new(Kernel::Cubic, dimension, 2.1 * spacing),
+            Self::Paper => Smoothing::new(Kernel::Cubic, dimension, 1.6 * spacing),
+            Self::Kernel => Space::free(dimension, spacing).kernel(),
+        }
+    }
+}
+
+/// Derivatives and problems of Poisson on nodes that stand in disorder, as Lagrangian differencing dynamics has them.
 pub(super) fn operators(context: &Context) -> anyhow::Result<Vec<Check>> {
+    derivatives(context, &[(Weights::Exact, true), (Weights::Paper, false)])
+}
+
+/// The same as smoothed particles have them.
+pub(super) fn kernels(context: &Context) -> anyhow::Result<Vec<Check>> {
+    derivatives(context, &[(Weights::Kernel, true)])
+}
+
+/// The same with several weights, of which some are judged.
+fn derivatives(context: &Context, all: &[(Weights, bool)]) -> anyhow::Result<Vec<Check>> {
     const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-9, iterations: 1000 };
     let mut checks = Vec::new();
     for (dimension, edges, name) in
         [(Dimension::Two, [16, 32, 64, 128], "plane"), (Dimension::Three, [8, 12, 18, 27], "space")]
     {
         for jitter in [0.1, 0.2] {
-            let clouds = edges.map(|edge| Disorder::new(dimension, edge, jitter));
-            let off = clouds[0].linear();
-            checks.push(context.zero(
-                "linear",
-                format!("linear field, {name}, disorder {jitter}"),
-                "",
-                off,
-            )?);
-            for (varies, of) in [(false, "constant"), (true, "variable")] {
-                for exact in [true, false] {
+            for (weights, judged) in all.iter().copied() {
+                let clouds = edges.map(|edge| Disorder::new(dimension, edge, jitter, weights));
+                let with = weights.name();
+                if judged {
+                    let what = format!("linear field, {name}, disorder {jitter}");
+                    checks.push(context.zero("linear", what, "", clouds[0].linear())?);
+                }
+                for (varies, of) in [(false, "constant"), (true, "variable")] {
                     let mut errors = Vec::new();
                     for cloud in &clouds {
-                        errors.push(cloud.poisson(varies, exact, &SETTINGS)?);
+                        errors.push(cloud.poisson(varies, &SETTINGS)?);
                     }
-                    let with = if exact { "exact Laplacian" } else { "that of the paper" };
                     let what = format!("order, {name}, disorder {jitter}, {of} coefficient, {with}");
                     let order = observed_order(&edges, &errors);
                     let what_error = format!("error on the finest, {name}, disorder {jitter}, {of}, {with}");
-                    checks.push(if exact {
+                    checks.push(if judged {
                         context.at_least("order", what, order)?
                     } else {
                         shown(what, order)
@@ -297,10 +334,11 @@ struct Disorder {
     spacing: f64,
     nodes: Vec<DVec3>,
     near: Neighbours,
+    weights: Weights,
 }
 
 impl Disorder {
-    fn new(dimension: Dimension, edge: usize, jitter: f64) -> Self {
+    fn new(dimension: Dimension, edge: usize, jitter: f64, weights: Weights) -> Self {
         let spacing = 1.0 / edge as f64;
         let layers = if dimension == Dimension::Two { 1 } else { edge + 1 };
         let mut random = Pcg64Mcg::seed_from_u64(11);
@@ -312,15 +350,16 @@ impl Disorder {
             let off = DVec3::new(x, if dimension == Dimension::Two { 0.0 } else { y }, z);
             nodes.push(if edge_of(dimension, at, spacing) { at } else { at + off });
         }
-        let near = Neighbours::within(&nodes, 2.1 * spacing);
-        Self { dimension, spacing, nodes, near }
+        let near = Neighbours::within(&nodes, weights.kernel(dimension, spacing).support());
+        Self { dimension, spacing, nodes, near, weights }
     }
 
-    /// What derivatives are formed with: exact for quadratic fields, or those of the paper.
-    fn gradients(&self, exact: bool) -> Gradients<'_> {
-        let reach = if exact { 2.1 } else { 1.6 };
-        let kernel = Smoothing::new(Kernel::Cubic, self.dimension, reach * self.spacing);
-        Gradients::new(&self.nodes, &self.near, self.dimension, move |_, _, distance| kernel.weight(distance))
+    /// What derivatives are formed with.
+    fn gradients(&self) -> Gradients<'_> {
+        let kernel = self.weights.kernel(self.dimension, self.spacing);
+        let slope = matches!(self.weights, Weights::Kernel);
+        let weight = move |_, _, r: f64| if slope { -kernel.slope(r) / r } else { kernel.weight(r) };
+        Gradients::new(&self.nodes, &self.near, self.dimension, weight)
     }
 
     /// Largest error of the gradient of a linear field whose slope is 1, those on the edge included.
@@ -330,12 +369,12 @@ impl Disorder {
             Dimension::Three => DVec3::new(0.48, 0.64, -0.6),
         };
         let (f, gradients): (Vec<f64>, _) =
-            (self.nodes.iter().map(|at| slope.dot(*at)).collect(), self.gradients(true));
+            (self.nodes.iter().map(|at| slope.dot(*at)).collect(), self.gradients());
         (0..f.len()).map(|n| gradients.gradient(n, &f).distance(slope)).fold(0.0, f64::max)
     }
 
     /// Error (root of the mean square) of the solution of -div(k grad f) = s with f = sin(2 x) cos(3 z) exp(y/2) given on the edge, k = 1 or 1 + x + z^2.
-    fn poisson(&self, varies: bool, exact: bool, settings: &Settings) -> anyhow::Result<f64> {
+    fn poisson(&self, varies: bool, settings: &Settings) -> anyhow::Result<f64> {
         let value = |at: DVec3| (2.0 * at.x).sin() * (3.0 * at.z).cos() * (0.5 * at.y).exp();
         let k = |at: DVec3| if varies { 1.0 + at.x + at.z * at.z } else { 1.0 };
         let source = |at: DVec3| {
@@ -347,7 +386,7 @@ impl Disorder {
         };
         let given = |n: usize| edge_of(self.dimension, self.nodes[n], self.spacing);
         let coefficients: Vec<f64> = self.nodes.iter().map(|at| k(*at)).collect();
-        let matrix = self.gradients(exact).diffusion(&coefficients, given, exact);
+        let matrix = self.gradients().diffusion(&coefficients, given, matches!(self.weights, Weights::Exact));
         let right: Vec<f64> = (0..self.nodes.len())
             .map(|n| if given(n) { value(self.nodes[n]) } else { source(self.nodes[n]) })
             .collect();
