@@ -45,6 +45,8 @@ struct Point {
     cosine: f64,
     /// Largest jump so far in m that drove the crack.
     most: f64,
+    /// Size of the jump in m at the last reading.
+    size: f64,
     /// Work in J that is lost.
     lost: f64,
 }
@@ -101,7 +103,7 @@ impl Anywhere {
             let kept = if n < cut { facet.corners.clone() } else { above(&facet.corners, setup.notch) };
             let first = points.len();
             points.extend(quadrature(&kept).into_iter().filter(|(_, area)| *area > 0.0).map(|(at, area)| {
-                Point { off: at - facet.centroid, area, cosine: 0.0, most: 0.0, lost: 0.0 }
+                Point { off: at - facet.centroid, area, cosine: 0.0, most: 0.0, size: 0.0, lost: 0.0 }
             }));
             facets.push(Facing {
                 normal: facet.normal,
@@ -184,12 +186,13 @@ impl Anywhere {
         let law = self.law(facet, cosine);
         let driving = size.min(across / LEAST);
         if driving <= point.most {
-            return (law, *point);
+            return (law, Point { size, ..*point });
         }
-        // 1/2 (E/h) |Delta|^2 d(omega), in which the law's own work has the jump that drives it.
-        let gain = (law.lost(driving) - law.lost(point.most)) * (size / driving).powi(2);
-        let lost = point.lost + point.area * cosine * gain;
-        (law, Point { cosine, most: driving, lost, ..*point })
+        // The integral of 1/2 (E/h) |Delta|^2 d(omega), where the law's own work has the jump that drives it in place of |Delta|.
+        let excess = |size: f64, driving: f64| (size / driving).powi(2);
+        let before = if point.cosine > 0.0 { excess(point.size, point.most) } else { excess(size, driving) };
+        let gain = 0.5 * (before + excess(size, driving)) * (law.lost(driving) - law.lost(point.most));
+        (law, Point { cosine, most: driving, size, lost: point.lost + point.area * cosine * gain, ..*point })
     }
 
     /// A fibre that bridges the jump of its facet: the direction of that, and the bridge, if the matrix there is cracked.
@@ -244,7 +247,7 @@ impl Anywhere {
 
     /// What points and fibres have been through.
     pub(crate) fn save(&self) -> Vec<f64> {
-        let points = self.points.iter().flat_map(|point| [point.cosine, point.most, point.lost]);
+        let points = self.points.iter().flat_map(|point| [point.cosine, point.most, point.size, point.lost]);
         let ties = self.ties.iter().flat_map(|tie| match &tie.open {
             Some((direction, bridge)) => [direction.x, direction.y, direction.z, bridge.most],
             None => [0.0; 4],
@@ -254,12 +257,13 @@ impl Anywhere {
 
     /// Takes these up again; false if they are of another beam.
     pub(crate) fn restore(&mut self, state: &[f64]) -> bool {
-        if state.len() != 3 * self.points.len() + 4 * self.ties.len() {
+        if state.len() != 4 * (self.points.len() + self.ties.len()) {
             return false;
         }
-        let (points, ties) = state.split_at(3 * self.points.len());
-        for (point, state) in self.points.iter_mut().zip(points.chunks(3)) {
-            (point.cosine, point.most, point.lost) = (state[0], state[1], state[2]);
+        let (points, ties) = state.split_at(4 * self.points.len());
+        for (point, state) in self.points.iter_mut().zip(points.chunks(4)) {
+            let [cosine, most, size, lost] = *state else { return false };
+            *point = Point { cosine, most, size, lost, ..*point };
         }
         for (n, state) in ties.chunks(4).enumerate() {
             let direction = DVec3::from_slice(&state[..3]);
@@ -358,7 +362,7 @@ impl Cracking for Anywhere {
     /// Until one of several cracks has won, all soften a little more with each attempt: asking for less would be waiting for that. Work does get lost where a
     /// branch of the crack closes all at once.
     fn care(&self) -> Care {
-        Care { load: 1e-4, secants: 1e-2, slip: 1e-3, patience: 12 }
+        Care { load: 1e-4, secants: 1e-2, slip: 2e-4, patience: 12 }
     }
 
     /// By how much stresses have changed, as shares of the strength; forces of fibres, as shares of all of them.
