@@ -4,8 +4,8 @@ Half of a beam in plane stress without lateral contraction, elements of nine nod
 crack with the same softening (Hillerborg, Modeer and Petersson 1976), which is stiff until it opens. Newton's method at openings that grow.
 No lattice, no facets, no secants: nothing is shared with the program but the beam. Needs numpy and scipy:
 
-    python continuum.py four-point > reference.csv
-    python continuum.py notched > ../fracture-v8/reference.csv
+    python crates/tremie-fracture/tests/continuum.py four-point > validation/fracture-v7/reference.csv
+    python crates/tremie-fracture/tests/continuum.py notched > validation/fracture-v8/reference.csv
 
 Units: N, mm, MPa.
 """
