@@ -21,7 +21,7 @@ use crate::bearings::line;
 use crate::bridge::{Bridge, BridgeState};
 use crate::fibres::{Crossing, Fibre};
 use crate::lattice::{Lattice, Spring, combined, value};
-use crate::mesh::{above, quadrature};
+use crate::mesh::{above, outer, quadrature};
 use crate::path::{Care, Cracking};
 use crate::plane::notch_opening;
 use crate::pull_out::Bond;
@@ -63,6 +63,14 @@ struct Tie {
     crossing: Crossing,
     /// The direction in which the crack opens, and the force since then.
     open: Option<(DVec3, Bridge)>,
+}
+
+impl Tie {
+    /// Its crossing of a crack that opens along a direction.
+    fn across(&self, direction: DVec3) -> Crossing {
+        let angle = self.way.dot(direction).abs().min(1.0).acos();
+        Crossing { angle, ..self.crossing }
+    }
 }
 
 /// A facet that may crack.
@@ -208,8 +216,7 @@ impl Anywhere {
             return None;
         }
         let direction = jump / size;
-        let angle = tie.way.dot(direction).abs().min(1.0).acos();
-        let crossing = Crossing { angle, ..tie.crossing };
+        let crossing = tie.across(direction);
         Some((direction, Bridge::new(&self.bond, tie.diameter, &crossing, first, tie.along)))
     }
 
@@ -222,8 +229,7 @@ impl Anywhere {
         let state = |tie: &Tie| {
             let (direction, bridge) = tie.open?;
             let jump = Self::jump(self.motion(displacements, tie.facet), tie.off).dot(direction);
-            let angle = tie.way.dot(direction).abs().min(1.0).acos();
-            let crossing = Crossing { angle, ..tie.crossing };
+            let crossing = tie.across(direction);
             let force = bridge.secant(jump, bridge.most) * jump;
             Some(BridgeState { fibre: tie.fibre, crossing, opening: jump.max(0.0), force })
         };
@@ -273,8 +279,7 @@ impl Anywhere {
             let tie = &self.ties[n];
             let cosine = direction.dot(self.facets[tie.facet].normal).clamp(LEAST, 1.0);
             let first = self.law(tie.facet, cosine).first_jump();
-            let angle = tie.way.dot(direction).abs().min(1.0).acos();
-            let crossing = Crossing { angle, ..tie.crossing };
+            let crossing = tie.across(direction);
             let mut bridge = Bridge::new(&self.bond, tie.diameter, &crossing, first, tie.along);
             bridge.most = state[3];
             self.ties[n].open = Some((direction, bridge));
@@ -438,11 +443,6 @@ impl Cracking for Anywhere {
             }
         }
     }
-}
-
-/// The matrix a b'.
-fn outer(a: DVec3, b: DVec3) -> DMat3 {
-    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
 fn tie(beam: &Beam, fibre: &Fibre, part: f64, spring: usize, facet: &Facing) -> Tie {

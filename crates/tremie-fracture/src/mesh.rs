@@ -152,7 +152,7 @@ fn triangles(corners: &[DVec3], centre: DVec3) -> Vec<(f64, [DVec3; 3])> {
 }
 
 /// The matrix a b'.
-fn outer(a: DVec3, b: DVec3) -> DMat3 {
+pub(crate) fn outer(a: DVec3, b: DVec3) -> DMat3 {
     DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
