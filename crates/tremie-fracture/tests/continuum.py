@@ -133,6 +133,7 @@ def solve(test, size):
     return [size, stress[top], opening[top], work, *at]
 
 
+print("# Plain beams by finite elements of nine nodes with a cohesive crack: crates/tremie-fracture/tests/continuum.py; one row a mesh.")
 print("element_mm,largest_stress_MPa,opening_there_mm,work_over_GF_A,stress_0.3mm_MPa,stress_0.5mm_MPa,stress_1.0mm_MPa")
 for size in (5.0, 2.5, 1.25):
     print(",".join(f"{x:.5g}" for x in solve(sys.argv[1], size)), flush=True)
