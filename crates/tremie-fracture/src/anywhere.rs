@@ -4,7 +4,8 @@
 //! facet whose normal is at the angle psi to it bears sigma cos(psi) e: the resultant over the area projected along it, |t| / cos(psi), is
 //! sigma whichever way the facet looks, so that strength and fracture energy have no preferred direction (Berton and Bolander 2006). |Delta| then
 //! follows the law of a spring of the length h cos(psi), and uses up G_F of each projected area. psi stays as it is when the point cracks. Beyond 60 degrees
-//! twice n.Delta stands for |Delta|: in shear with a trace of tension the resultant over the projected area would tend to infinity.
+//! a crack begins as if twice n.Delta stood for |Delta|: in shear with a trace of tension the resultant over the projected area would tend to infinity. Once
+//! it has begun there it grows as |Delta| does: a facet that lies along the way of the opening must not hold the two sides of a crack together by its shear.
 //!
 //! Shear across a crack fades as its tension does; what closes passes pressure again. A fibre is elastic at each facet that it crosses until the matrix
 //! there cracks; then it bridges that facet along the direction in which it opens, at its angle to that direction.
@@ -45,6 +46,8 @@ struct Point {
     cosine: f64,
     /// Largest jump so far in m that drove the crack.
     most: f64,
+    /// By how much in m the size of the jump was ahead of what drove the crack when it began.
+    lead: f64,
     /// Size of the jump in m at the last reading.
     size: f64,
     /// Work in J that is lost.
@@ -111,7 +114,15 @@ impl Anywhere {
             let kept = if n < cut { facet.corners.clone() } else { above(&facet.corners, setup.notch) };
             let first = points.len();
             points.extend(quadrature(&kept).into_iter().filter(|(_, area)| *area > 0.0).map(|(at, area)| {
-                Point { off: at - facet.centroid, area, cosine: 0.0, most: 0.0, size: 0.0, lost: 0.0 }
+                Point {
+                    off: at - facet.centroid,
+                    area,
+                    cosine: 0.0,
+                    most: 0.0,
+                    lead: 0.0,
+                    size: 0.0,
+                    lost: 0.0,
+                }
             }));
             facets.push(Facing {
                 normal: facet.normal,
@@ -192,7 +203,8 @@ impl Anywhere {
             LEAST
         };
         let law = self.law(facet, cosine);
-        let driving = size.min(across / LEAST);
+        let beginning = size.min(across / LEAST);
+        let driving = if point.cosine > 0.0 { beginning.max(size - point.lead) } else { beginning };
         if driving <= point.most {
             return (law, Point { size, ..*point });
         }
@@ -200,7 +212,18 @@ impl Anywhere {
         let excess = |size: f64, driving: f64| (size / driving).powi(2);
         let before = if point.cosine > 0.0 { excess(point.size, point.most) } else { excess(size, driving) };
         let gain = 0.5 * (before + excess(size, driving)) * (law.lost(driving) - law.lost(point.most));
-        (law, Point { cosine, most: driving, size, lost: point.lost + point.area * cosine * gain, ..*point })
+        let lead = if point.cosine > 0.0 { point.lead } else { size - driving };
+        (
+            law,
+            Point {
+                cosine,
+                most: driving,
+                lead,
+                size,
+                lost: point.lost + point.area * cosine * gain,
+                ..*point
+            },
+        )
     }
 
     /// A fibre that bridges the jump of its facet: the direction of that, and the bridge, if the matrix there is cracked.
@@ -253,7 +276,10 @@ impl Anywhere {
 
     /// What points and fibres have been through.
     pub(crate) fn save(&self) -> Vec<f64> {
-        let points = self.points.iter().flat_map(|point| [point.cosine, point.most, point.size, point.lost]);
+        let points = self
+            .points
+            .iter()
+            .flat_map(|point| [point.cosine, point.most, point.lead, point.size, point.lost]);
         let ties = self.ties.iter().flat_map(|tie| match &tie.open {
             Some((direction, bridge)) => [direction.x, direction.y, direction.z, bridge.most],
             None => [0.0; 4],
@@ -263,13 +289,13 @@ impl Anywhere {
 
     /// Takes these up again; false if they are of another beam.
     pub(crate) fn restore(&mut self, state: &[f64]) -> bool {
-        if state.len() != 4 * (self.points.len() + self.ties.len()) {
+        if state.len() != 5 * self.points.len() + 4 * self.ties.len() {
             return false;
         }
-        let (points, ties) = state.split_at(4 * self.points.len());
-        for (point, state) in self.points.iter_mut().zip(points.chunks(4)) {
-            let [cosine, most, size, lost] = *state else { return false };
-            *point = Point { cosine, most, size, lost, ..*point };
+        let (points, ties) = state.split_at(5 * self.points.len());
+        for (point, state) in self.points.iter_mut().zip(points.chunks(5)) {
+            let [cosine, most, lead, size, lost] = *state else { return false };
+            *point = Point { cosine, most, lead, size, lost, ..*point };
         }
         for (n, state) in ties.chunks(4).enumerate() {
             let direction = DVec3::from_slice(&state[..3]);

@@ -171,16 +171,17 @@ fn fibres_stronger_than_the_matrix_take_over_where_it_cracks() {
 #[test]
 fn a_crack_anywhere_breaks_a_prism_at_its_strength_wherever_it_looks() {
     let setup = Setup {
-        size: DVec3::new(0.15, 0.1, 0.1),
-        crack: 0.075,
+        size: DVec3::new(0.2, 0.1, 0.1),
+        crack: 0.1,
         anywhere: true,
-        ..beam(Loading::Tension, 0.025, 3)
+        ..beam(Loading::Tension, 0.02, 3)
     };
     let mut trial = Trial::new(setup).unwrap();
     let readings = run(&mut trial, 0.35e-3);
     assert!((peak(&readings).stress / 2e6 - 1.0).abs() < 0.005, "{}", peak(&readings).stress);
     balanced(&readings);
-    // A crack of many facets is rough; over its projection it takes the fracture energy, and a little more where cells hook.
+    // A crack of many facets is rough; over its projection it takes the fracture energy, and a little more. (Half as much again where facets along the way of the
+    // opening hold cells back.)
     let work = readings.last().unwrap().work / 1.25;
     assert!((0.99..1.1).contains(&work), "{work}");
     assert!(trial.crack().iter().all(|(corners, opening)| corners.len() == opening.len()));
