@@ -234,7 +234,7 @@ impl Particles {
     /// Goes on by a step in s, in which particles go so fast in m/s `past` others; half-way in it shear rates in 1/s are those by the velocities at its beginning, unless they are `known`.
     pub(crate) fn go_on(&mut self, step: f64, past: &[f64], known: Option<&[f64]>) -> Result<(), Failure> {
         if let Some(pressure) = self.three {
-            return self.three_steps(step, pressure, known);
+            return self.three_steps(step, past, pressure, known);
         }
         let (fluid, space) = (self.fluid, &self.space);
         if self.time == 0.0 {
@@ -312,7 +312,7 @@ impl Particles {
 
     /// Moves particles from where they are `after` the step, by velocities that were not yet without divergence, to where they are to be: to `places` in m, apart from each other.
     /// Their velocities become those of the fluid there.
-    fn arrange(
+    pub(crate) fn arrange(
         &mut self,
         after: &Surroundings,
         poisson: &Poisson,

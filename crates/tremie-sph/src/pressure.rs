@@ -135,6 +135,26 @@ impl<'a> Poisson<'a> {
     }
 }
 
+/// Pressures in Pa as they are borne, by viscosities in Pa s and velocities in m/s: the projection has zero for those at the surface, all of the viscous stress across which ends in them; what they
+/// stand for is under the pressure that balances it, `n . 2 mu E n` with n out of the fluid.
+pub(crate) fn borne(
+    around: &Surroundings,
+    pressures: &[f64],
+    viscosity: &[f64],
+    velocities: &[DVec3],
+) -> Vec<f64> {
+    let gradients = around.gradients();
+    let surface = around.surface(&gradients);
+    let seen = around.velocities(velocities);
+    around.each(|a| match gradients.leaning(a) {
+        Some(b) if surface[a] => {
+            let n = b.normalize_or_zero();
+            2.0 * viscosity[a] * n.dot(gradients.velocity_gradient(a, &seen) * n)
+        }
+        _ => pressures[a],
+    })
+}
+
 /// What pressures push on a wall, in N, or N/m in a plane.
 pub(crate) fn pushes(around: &Surroundings, fluid: &Fluid, pressures: &[f64], wall: usize) -> DVec3 {
     // r |W'| of a lattice sums up to the number of dimensions.
