@@ -3,12 +3,13 @@
 //! All are in a plane, one cell deep, and half of the sample beside a plane of symmetry. Forces are on the whole and per metre of depth. A lattice has a staircase for a moving wall: its gap closes a cell
 //! at a time, each closing sends sound through the sample, and only in the mean over the passage of a cell is its gap the right one. So forces at constant speeds are means over that, by all methods.
 
+use anyhow::anyhow;
 use tremie_case::{Case, Isph, Method, PressureStep, Scheme, StrainConvention, StressStep};
 use tremie_geometry::{Body, Motion, Shape};
 use tremie_rheology::FlowCurve;
 use tremie_simulation::{Fluid, Snapshot};
 
-use super::benchmark::{Check, Context};
+use super::benchmark::{Check, Context, Row};
 use super::flow::Flow;
 use crate::calc::{Bingham, squeezed_in_a_plane};
 
@@ -103,8 +104,8 @@ impl Sample {
     }
 }
 
-/// The upper plate's forces in N/m when it passes heights in m, and how far forces and volume are from balanced and kept.
-fn closing(sample: &Sample, heights: &[f64]) -> anyhow::Result<(Vec<f64>, [f64; 2])> {
+/// Forces in N/m on the upper plate and the lower when it passes heights in m, and how far they and volume are from balanced and kept.
+fn closing(sample: &Sample, heights: &[f64]) -> anyhow::Result<(Vec<[f64; 2]>, [f64; 2])> {
     let Motion::Uniform(velocity) = sample.case.solids[0].motion else {
         anyhow::bail!("the plate has no even motion")
     };
@@ -120,7 +121,7 @@ fn closing(sample: &Sample, heights: &[f64]) -> anyhow::Result<(Vec<f64>, [f64; 
             mean.iter_mut().zip(read).for_each(|(mean, read)| *mean += read / f64::from(READINGS));
         }
         let [upper, lower, volume] = mean;
-        forces.push(upper);
+        forces.push([upper, lower]);
         off = [off[0].max((lower / upper - 1.0).abs()), off[1].max((volume - 1.0).abs())];
     }
     Ok((forces, off))
@@ -195,7 +196,8 @@ pub(super) fn thin_gap(context: &Context) -> anyhow::Result<Vec<Check>> {
                 let length = width * height / gap;
                 let exact = squeezed_in_a_plane(sample.fluid(), length, gap, speed);
                 let what = format!("{method}, Bingham number {bingham}, {over} over the gap");
-                let check = context.relative("force", format!("force, {what}"), "N/m", exact, forces[0])?;
+                let check =
+                    context.relative("force", format!("force, {what}"), "N/m", exact, forces[0][0])?;
                 checks.push(judged(check, over));
                 checks.extend(kept(context, &what, off)?.map(|check| judged(check, over)));
             }
@@ -245,21 +247,10 @@ pub(super) fn newtonian(context: &Context) -> anyhow::Result<Vec<Check>> {
     Ok(checks)
 }
 
-/// Height over H at which a plastic block of a half width comes to rest under a load in viscous units.
-fn at_rest(half_width: f64, bingham: f64, load: f64) -> f64 {
-    let force = |h: f64| {
-        let length = half_width / h;
-        2.0 * bingham * length * length / h * (1.0 + 1.5 * h / length)
-    };
-    let (mut low, mut high) = (1e-3, 1.0);
-    if force(high) > load {
-        return 1.0;
-    }
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if force(middle) > load { low = middle } else { high = middle }
-    }
-    0.5 * (low + high)
+/// The row of a reference that has these values.
+fn row_with(rows: Vec<Row>, values: &[(&str, f64)]) -> anyhow::Result<Row> {
+    let has = |row: &Row| values.iter().all(|(name, value)| (row[*name] - value).abs() < 1e-9);
+    rows.into_iter().find(has).ok_or_else(|| anyhow!("reference.csv has no row with {values:?}"))
 }
 
 /// Bingham samples under loads.
@@ -285,8 +276,16 @@ pub(super) fn load(context: &Context) -> anyhow::Result<Vec<Check>> {
                 checks.push(if bingham == 5.0 {
                     judged(context.at_least("creeps", name, height)?, over)
                 } else {
-                    let exact = at_rest(sample.half_width / sample.height, bingham, load);
-                    judged(context.relative("height", name, "", exact, height)?, over)
+                    let row = row_with(
+                        context.reference()?,
+                        &[
+                            ("bn", bingham),
+                            ("load", load),
+                            ("half_width_over_H", 0.5),
+                            ("time_U_over_H", TIME),
+                        ],
+                    )?;
+                    judged(context.relative("height", name, "", row["height_over_H"], height)?, over)
                 });
                 checks.extend(kept(context, &what, off)?.map(|check| judged(check, over)));
             }
@@ -311,6 +310,7 @@ pub(super) fn load(context: &Context) -> anyhow::Result<Vec<Check>> {
 
 /// Plates that close evenly.
 pub(super) fn velocity(context: &Context) -> anyhow::Result<Vec<Check>> {
+    const SHARES: [f64; 3] = [0.8, 0.6, 0.4];
     let case = context.case("case.toml")?;
     let mut checks = Vec::new();
     for over in OVER_EVENLY {
@@ -324,24 +324,46 @@ pub(super) fn velocity(context: &Context) -> anyhow::Result<Vec<Check>> {
                     yield_stress: bingham * viscosity * speed / sample.height,
                     plastic_viscosity: viscosity,
                 };
-                let heights = [0.8, 0.6, 0.4].map(|share| share * sample.height);
-                let (forces, off) = closing(&sample, &heights)?;
+                let heights = SHARES.map(|share| share * sample.height);
+                let (forces, [_, volume]) = closing(&sample, &heights)?;
                 let what =
                     format!("{method}, Re {reynolds}, Bingham number {bingham}, {over} over the height");
-                let rises = forces.is_sorted();
+                let rises = forces.is_sorted_by_key(|[upper, _]| *upper);
                 checks.push(context.at_least(
                     "rises",
                     format!("force rises, {what}"),
                     f64::from(u8::from(rises)),
                 )?);
-                checks.extend(kept(context, &what, off)?.map(|check| finest(check, over == OVER_EVENLY[0])));
-                all.push(forces.iter().map(|force| force / (viscosity * speed)).collect::<Vec<f64>>());
+                let name = format!("volume over that at the start, less 1, {what}");
+                checks.push(finest(context.zero("volume", name, "", volume)?, over == OVER_EVENLY[0]));
+                for (height, found) in SHARES.iter().zip(&forces) {
+                    let row = row_with(
+                        context.reference()?,
+                        &[("re", reynolds), ("bn", bingham), ("height_over_H", *height)],
+                    )?;
+                    for (n, (plate, column)) in
+                        [("upper", "force_upper_over_muU"), ("lower", "force_lower_over_muU")]
+                            .iter()
+                            .enumerate()
+                    {
+                        let name = format!("force over mu U on the {plate} plate at {height} H, {what}");
+                        let check = context.relative(
+                            "force",
+                            name,
+                            "",
+                            row[*column],
+                            found[n] / (viscosity * speed),
+                        )?;
+                        checks.push(finest(check, over == OVER_EVENLY[0]));
+                    }
+                }
+                all.push(forces);
             }
-            for (n, height) in [0.8, 0.6, 0.4].iter().enumerate() {
+            for (n, height) in SHARES.iter().enumerate() {
                 let name = format!(
                     "force over mu U at {height} H by particles, of that by the lattice, Re {reynolds}, Bingham number {bingham}, {over} over the height"
                 );
-                let check = context.relative("methods", name, "", all[0][n], all[1][n])?;
+                let check = context.relative("methods", name, "", all[0][n][0], all[1][n][0])?;
                 checks.push(finest(check, over == OVER_EVENLY[0]));
             }
         }
