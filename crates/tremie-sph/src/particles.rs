@@ -13,14 +13,14 @@
 //! Wu (2016) takes the gradient where particles are at the end, by which a vortex turning at omega loses dt omega^2/2 of its energy in a time; half-way it loses nothing, as by
 //! leap-frogging. The velocities become those of the fluid at x'.
 
-use tremie_cloud::{Dimension, Failure, Follower, Source, Space, Surroundings, reorder};
-use tremie_numerics::DVec3;
+use tremie_cloud::{Dimension, Failure, Follower, Gradients, Source, Space, Surroundings, reorder};
+use tremie_numerics::{DMat3, DVec3};
 use tremie_rheology::FlowCurve;
 
 use crate::plate::Plate;
 use crate::pressure::{self, Poisson};
 use crate::three_steps::{PressureStep, WallParticle, wall_particles};
-use crate::viscosity::{Rates, System, shear_rates};
+use crate::viscosity::System;
 
 /// What flows.
 #[derive(Debug, Clone, Copy)]
@@ -232,7 +232,7 @@ impl Particles {
     }
 
     /// Goes on by a step in s, in which particles go so fast in m/s `past` others; half-way in it shear rates in 1/s are those by the velocities at its beginning, unless they are `known`.
-    pub(crate) fn go_on(&mut self, step: f64, past: &[f64], known: Option<&Rates>) -> Result<(), Failure> {
+    pub(crate) fn go_on(&mut self, step: f64, past: &[f64], known: Option<&[f64]>) -> Result<(), Failure> {
         if let Some(pressure) = self.three {
             return self.three_steps(step, past, pressure, known);
         }
@@ -248,12 +248,11 @@ impl Particles {
         };
         let half = self.half_way(step);
         let gradients = half.gradients();
-        let rates = match known {
-            Some(rates) => rates.clone(),
+        self.shear_rates = match known {
+            Some(rates) => rates.to_vec(),
             None => shear_rates(&half, &gradients, &self.velocities),
         };
-        let viscosity = rates.viscosities(&half, &fluid);
-        self.shear_rates = rates.own;
+        let viscosity: Vec<f64> = self.shear_rates.iter().map(|rate| fluid.viscosity(*rate)).collect();
         let pushed = pressure::slopes(&half, &gradients, &fluid, &self.pressures);
         let forces: Vec<DVec3> =
             pushed.iter().map(|pushed| fluid.density * fluid.gravity - *pushed).collect();
@@ -351,4 +350,16 @@ impl Particles {
 /// Step in s in which particles at rest fall by a share of a length in m.
 pub(crate) fn longest_fall(length: f64, gravity: DVec3) -> f64 {
     FALL * (length / gravity.length()).sqrt()
+}
+
+/// Shear rates sqrt(2 E:E) in 1/s of velocities in m/s.
+pub(crate) fn shear_rates(around: &Surroundings, gradients: &Gradients, velocities: &[DVec3]) -> Vec<f64> {
+    let all = around.velocities(velocities);
+    around.each(|a| norm_of_strain(gradients.velocity_gradient(a, &all)))
+}
+
+/// The shear rate sqrt(2 E:E) in 1/s of a velocity gradient.
+pub(crate) fn norm_of_strain(l: DMat3) -> f64 {
+    let e = 0.5 * (l + l.transpose());
+    (2.0 * e.to_cols_array().into_iter().map(|x| x * x).sum::<f64>()).sqrt()
 }

@@ -15,9 +15,9 @@ use tremie_cloud::{Failure, Surroundings};
 use tremie_geometry::{Motion, Waypoint};
 use tremie_numerics::DVec3;
 
-use crate::particles::Particles;
+use crate::particles::{Particles, shear_rates};
 use crate::pressure::{borne, pushes};
-use crate::viscosity::{Rates, pulls, shear_rates};
+use crate::viscosity::pulls;
 
 /// A wall that a load moves. In a plane force and mass are per metre of depth.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,7 +86,7 @@ impl Particles {
             after.plate = Some(Plate { way: plate.way + speed * step, speed, ..plate });
             after.drive(speed);
             let inertia = plate.mass * (speed - plate.speed) / step;
-            let missing = plate.force - inertia + after.borne(&plate, step, &rates).dot(plate.direction);
+            let missing = plate.force - inertia + after.borne(&plate, step).dot(plate.direction);
             Ok((missing, after))
         };
         let fluid = self.positions.len() as f64 * self.fluid.density * self.space.volume();
@@ -108,7 +108,7 @@ impl Particles {
     }
 
     /// Shear rates in 1/s half-way in a step in s, with the plate as fast as it is.
-    fn rates_half_way(&self, step: f64) -> Rates {
+    fn rates_half_way(&self, step: f64) -> Vec<f64> {
         if self.three.is_some() {
             return self.rates_in_three_steps(step);
         }
@@ -116,13 +116,13 @@ impl Particles {
         shear_rates(&half, &half.gradients(), &self.velocities)
     }
 
-    /// Force in N of the fluid on the plate after a step in s, by viscosities at these shear rates.
-    pub(crate) fn borne(&self, plate: &Plate, step: f64, rates: &Rates) -> DVec3 {
+    /// Force in N of the fluid on the plate after a step in s.
+    pub(crate) fn borne(&self, plate: &Plate, step: f64) -> DVec3 {
         if self.three.is_some() {
             return self.borne_by_particles(plate, step);
         }
         let around = Surroundings::new(&self.positions, &self.space, self.time, step);
-        let viscosity = rates.viscosities(&around, &self.fluid);
+        let viscosity: Vec<f64> = self.shear_rates.iter().map(|rate| self.fluid.viscosity(*rate)).collect();
         let pressures = borne(&around, &self.pressures, &viscosity, &self.velocities);
         let pulled = pulls(&around, &viscosity, &self.velocities);
         let pulled = pulled.into_iter().filter(|(wall, ..)| *wall == plate.wall);

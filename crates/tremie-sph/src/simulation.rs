@@ -11,7 +11,7 @@ use crate::particles::Particles;
 use crate::plate::Plate;
 use crate::setup;
 use crate::three_steps::PressureStep;
-use crate::viscosity::{pulls, shear_rates};
+use crate::viscosity::pulls;
 
 /// Sweeps in which particles make room for slanted walls before they start, and how far each may go in spacings.
 const SETTLES: usize = 20;
@@ -178,9 +178,7 @@ impl Simulation for Isph {
         let of = |rate: &f64| particles.fluid.viscosity(*rate);
         let viscosities: Vec<f64> = particles.shear_rates.iter().map(of).collect();
         let around = Surroundings::new(&particles.positions, &particles.space, time, step);
-        let rates = shear_rates(&around, &around.gradients(), &particles.velocities);
-        let rubbing = rates.viscosities(&around, &particles.fluid);
-        let pulls = pulls(&around, &rubbing, &particles.velocities);
+        let pulls = pulls(&around, &viscosities, &particles.velocities);
         let volume = particles.space.spacing.powi(3);
         let pulls = pulls.into_iter().map(|(wall, at, pull)| Pull { wall, at, force: volume * pull });
         let pulls: Vec<Pull> = pulls.collect();

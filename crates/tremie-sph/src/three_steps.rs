@@ -28,10 +28,10 @@ use tremie_cloud::{
 };
 use tremie_numerics::{DMat3, DVec3};
 
-use crate::particles::Particles;
+use crate::particles::{Particles, norm_of_strain};
 use crate::plate::Plate;
 use crate::pressure::Poisson;
-use crate::viscosity::{Rates, Row, System};
+use crate::viscosity::{Row, System};
 
 /// Smoothing length in spacings.
 const LENGTH: f64 = 1.2;
@@ -226,17 +226,11 @@ impl Scene {
     }
 }
 
-/// The shear rate sqrt(2 E:E) in 1/s of a velocity gradient.
-fn norm_of_strain(l: DMat3) -> f64 {
-    let e = 0.5 * (l + l.transpose());
-    (2.0 * e.to_cols_array().into_iter().map(|x| x * x).sum::<f64>()).sqrt()
-}
-
 impl Particles {
     /// Shear rates in 1/s half-way in a step in s.
-    pub(crate) fn rates_in_three_steps(&self, step: f64) -> Rates {
+    pub(crate) fn rates_in_three_steps(&self, step: f64) -> Vec<f64> {
         let scene = Scene::new(&self.positions, self, self.time + 0.5 * step, step);
-        Rates::same(scene.shear_rates(&scene.around.gradients(), &self.velocities))
+        scene.shear_rates(&scene.around.gradients(), &self.velocities)
     }
 
     /// Goes on by a step in s in three steps, in which particles go so fast in m/s `past` others; shear rates in 1/s are those by the velocities at its beginning, unless they are `known`.
@@ -245,12 +239,12 @@ impl Particles {
         step: f64,
         past: &[f64],
         pressure: PressureStep,
-        known: Option<&Rates>,
+        known: Option<&[f64]>,
     ) -> Result<(), Failure> {
         let (fluid, explicit) = (self.fluid, self.stepping.explicit);
         let scene = Scene::new(&self.positions, self, self.time + 0.5 * step, step);
         self.shear_rates = match known {
-            Some(rates) => rates.own.clone(),
+            Some(rates) => rates.to_vec(),
             None => scene.shear_rates(&scene.around.gradients(), &self.velocities),
         };
         let viscosity: Vec<f64> = self.shear_rates.iter().map(|rate| fluid.viscosity(*rate)).collect();

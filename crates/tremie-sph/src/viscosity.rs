@@ -1,28 +1,18 @@
 //! The viscous part of a step: for the new velocities u
 //!
 //! ```text
-//!     rho/dt (u_a - u_a^n) = F_a + sum_b (S_a mu_a + S_b mu_b)/2 k(r) (u_a - u_b) . x_ab x_ab,     k(r) = V 2 (d + 2) f(r)/(r^2 + eta^2)
+//!     rho/dt (u_a - u_a^n) = F_a + sum_b V 2 (d + 2) S_ab mu_ab (u_a - u_b) . x_ab f(r) x_ab / (r^2 + eta^2)
 //! ```
 //!
-//! with F what else pushes, in N/m3, and S what the pairs of a particle stand for (below); on the right are the new velocities, or where the step is explicit the old ones. The radial form (Monaghan 2005; Espanol and
-//! Revenga 2003) stands for div(2 mu E), with what varies of mu, and conserves both momenta. Viscosities are those at the shear rate by which the same pairs dissipate:
-//!
-//! ```text
-//!     gamma_a^2 = S_a/2 sum_b k(r) ((u_a - u_b) . x_ab)^2
-//! ```
-//!
-//! so the forces are the derivatives by velocities of what all dissipate, as those of the continuum are. By shear rates from gradients, which see less far than pairs push, or more, the edge of a plug is washed out over
-//! (spacing)^(2/3): a plug that takes half of a channel of 16 particles' width went 12 % too fast.
-//!
-//! Up to a wall shear rates go on as they change. Of the shear s along the wall a particle's own is that half-way between the wall and itself, and its difference from its image over their distance is that at
-//! the wall, s_w: so the image has `2 s_w - s`. Else a Bingham fluid would rub on a wall by too much, as its viscosity there would be that of the smaller shear rate further in.
+//! with `mu_ab` the harmonic mean, S what the pairs stand for and F what else pushes, in N/m3; on the right are the new velocities, or where the step is explicit the old ones. The radial form (Monaghan 2005; Espanol and Revenga 2003) stands for
+//! div(2 mu E), with what varies of mu, and conserves both momenta.
 //!
 //! With `f = -W'/r` of the kernel shear along the axes of a lattice would meet 0.89 of the viscosity, as sums over neighbours stand for integrals, and shear at 45 degrees to them as much too much: the
 //! nearest neighbours count too much. With `f ~ r^m (1 - r/R)^(9/2)`, R the kernel's support and m = 3 in a plane, 5/2 in space, and the factor that a lattice at rest then needs, it is 0.99 to 1.01 for
 //! both, and wherever the rows of a lattice are that slide along each other.
 //!
 //! A particle at the surface has half of the pairs of others, and would bear half of the stress along it: a block of 20 particles' width, pressed from above, was 12 % too soft. So pairs stand for more where
-//! some are missing, S_a being the sum of f r^2 of a lattice over that around a: then what a particle dissipates is that of its shear rate, and still no stress goes through the surface.
+//! some are missing, `S_ab = (S_a + S_b)/2` with S_a the sum of f r^2 of a lattice over that around a: then what a particle dissipates is that of its shear rate, and still no stress goes through the surface.
 //!
 //! Among disordered particles these forces are not zero where the shear rate is even, and what they set in motion makes the fluid too thin, by 1.2 % in Taylor's vortices. So where a particle has neighbours
 //! on all sides each is weighed by `1 - x_ab . b_a`, with the b of module `tremie_cloud::operators` for these weights, as in the Laplacian of Lagrangian differencing dynamics: 0.1 %. Right
@@ -32,8 +22,6 @@ use tremie_cloud::{
     Block, Dimension, Failure, Gradients, Matrix, Method, Multigrid, Settings, Source, Surroundings, solve,
 };
 use tremie_numerics::{DMat3, DVec3};
-
-use crate::Fluid;
 
 const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-6, iterations: 2000 };
 
@@ -97,96 +85,26 @@ fn leaning(around: &Surroundings, surface: &[bool]) -> Vec<DVec3> {
     })
 }
 
-/// Pairs of particles and their neighbours.
-struct Pairs<'a> {
-    around: &'a Surroundings,
-    /// 2 d (d + 2) V f/(r^2 + eta^2) over what f r^2 of a lattice sums up to.
-    constant: f64,
-    soft: f64,
-    /// What each particle's pairs stand for.
-    shares: Vec<f64>,
-}
-
-impl<'a> Pairs<'a> {
-    fn new(around: &'a Surroundings) -> Self {
-        let d = around.dimension.number();
-        let weight = weight(around);
-        let whole = around.on_lattice(|r| weight(r) * r * r);
-        let shares = around.each(|a| {
-            let of = |(_, x, _): (usize, DVec3, &Source)| weight(x.length()) * x.length_squared();
-            let found = around.volume * around.around(a).map(of).sum::<f64>();
-            (whole / found).clamp(1.0, CORNER)
-        });
-        let constant = around.volume * (2 * d * (d + 2)) as f64 / whole;
-        Self { around, constant, soft: (0.5 * SOFT * around.kernel.support()).powi(2), shares }
-    }
-
-    /// What multiplies a viscosity and the square of what two that are so far in m from each other approach each other by.
-    fn factor(&self, x: DVec3) -> f64 {
-        self.constant * weight(self.around)(x.length()) / (x.length_squared() + self.soft)
-    }
-
-    /// What the pair of a particle and a neighbour, as far in m from it, adds to the force, as a matrix to be multiplied with the difference of their velocities; viscosities in Pa s of all, images among
-    /// them.
-    fn block(&self, x: DVec3, a: usize, n: usize, viscosity: &[f64]) -> DMat3 {
-        let [one, other] =
-            [self.shares[a] * viscosity[a], self.shares[self.around.sources[n].of] * viscosity[n]];
-        let factor = 0.5 * (one + other) * self.factor(x);
+/// What a pair of two particles, so far in m from each other and so viscous in Pa s each, adds to the force, as a matrix to be multiplied with the difference of their velocities.
+fn pairs<'a>(around: &'a Surroundings, viscosity: &'a [f64]) -> impl Fn(DVec3, usize, usize) -> DMat3 + 'a {
+    let d = around.dimension.number();
+    let weight = weight(around);
+    // f r^2 of a lattice sums up to the number of dimensions.
+    let whole = around.on_lattice(|r| weight(r) * r * r);
+    let constant = around.volume * 2.0 * (d * (d + 2)) as f64 / whole;
+    let soft = (0.5 * SOFT * around.kernel.support()).powi(2);
+    let share = |x: DVec3| around.volume * weight(x.length()) * x.length_squared();
+    let stands_for = around.each(|a| {
+        let found: f64 = around.around(a).map(|(_, x, _)| share(x)).sum();
+        (whole / found).clamp(1.0, CORNER)
+    });
+    move |x, a, b| {
+        let r = x.length();
+        let mean = 2.0 * viscosity[a] * viscosity[b] / (viscosity[a] + viscosity[b]);
+        let both = 0.5 * (stands_for[a] + stands_for[b]);
+        let factor = constant * both * mean * weight(r) / (r * r + soft);
         DMat3::from_cols(factor * x.x * x, factor * x.y * x, factor * x.z * x)
     }
-}
-
-/// Shear rates in 1/s of particles and of their images.
-#[derive(Debug, Clone)]
-pub(crate) struct Rates {
-    pub(crate) own: Vec<f64>,
-    /// Of the images of each particle in each wall; none if images are like their particles.
-    images: Vec<f64>,
-}
-
-impl Rates {
-    /// Those of particles whose images are like them.
-    pub(crate) fn same(own: Vec<f64>) -> Self {
-        Self { own, images: Vec::new() }
-    }
-
-    /// Of a particle or an image.
-    fn of(&self, source: &Source) -> f64 {
-        let walls = self.images.len() / self.own.len();
-        match source.wall {
-            Some(wall) if wall < walls => self.images[walls * source.of + wall],
-            _ => self.own[source.of],
-        }
-    }
-
-    /// Apparent viscosities in Pa s of all.
-    pub(crate) fn viscosities(&self, around: &Surroundings, fluid: &Fluid) -> Vec<f64> {
-        around.mirrored(|source| fluid.viscosity(self.of(source)))
-    }
-}
-
-/// Shear rates by velocities in m/s.
-pub(crate) fn shear_rates(around: &Surroundings, gradients: &Gradients, velocities: &[DVec3]) -> Rates {
-    let pairs = Pairs::new(around);
-    let all = around.velocities(velocities);
-    let own = around.each(|a| {
-        let of = |(n, x, _): (usize, DVec3, &Source)| pairs.factor(x) * (all[a] - all[n]).dot(x).powi(2);
-        (0.5 * pairs.shares[a] * around.around(a).map(of).sum::<f64>()).sqrt()
-    });
-    let walls = around.images.iter().map(|image| image.wall as usize + 1).max().unwrap_or(0);
-    let mut images: Vec<f64> = own.iter().flat_map(|own| vec![*own; walls]).collect();
-    for (n, image) in (around.number..).zip(&around.images) {
-        let a = image.of as usize;
-        if a < around.number {
-            let along = |v: DVec3| v - v.dot(image.normal) * image.normal;
-            let gradient = gradients.velocity_gradient(a, &all);
-            let shear = along((gradient + gradient.transpose()) * image.normal);
-            let at_wall = along(all[a] - all[n]) / (2.0 * image.distance);
-            let square = own[a].powi(2) - shear.length_squared() + (2.0 * at_wall - shear).length_squared();
-            images[walls * a + image.wall as usize] = square.max(0.0).sqrt();
-        }
-    }
-    Rates { own, images }
 }
 
 /// The components of a vector that count, in a plane x and z.
@@ -195,14 +113,14 @@ fn flat<const D: usize>(vector: DVec3) -> [f64; D] {
 }
 
 impl<'a, const D: usize, const M: usize> System<'a, D, M> {
-    /// For apparent viscosities in Pa s of all, images among them; some particles are at the `surface`.
+    /// For apparent viscosities in Pa s of particles of which some are at the `surface`.
     pub(crate) fn new(around: &'a Surroundings, surface: &[bool], viscosity: &[f64]) -> Self {
-        let pairs = Pairs::new(around);
+        let pair = pairs(around, viscosity);
         let lean = leaning(around, surface);
         Self::of(around, |a| {
             let mut row = Row::NONE;
-            for (n, x, source) in around.around(a) {
-                let block = (1.0 - x.dot(lean[a])) * pairs.block(x, a, n, viscosity);
+            for (_, x, source) in around.around(a) {
+                let block = (1.0 - x.dot(lean[a])) * pair(x, a, source.of);
                 row.add(a, source, block);
             }
             row
@@ -289,13 +207,13 @@ pub(crate) fn pulls(
     viscosity: &[f64],
     velocities: &[DVec3],
 ) -> Vec<(usize, DVec3, DVec3)> {
-    let pairs = Pairs::new(around);
+    let pair = pairs(around, viscosity);
     let mut pulls = Vec::new();
     for a in 0..around.number {
-        for (n, x, source) in around.around(a) {
+        for (_, x, source) in around.around(a) {
             if let Some(wall) = source.wall {
                 let seen = source.turn * velocities[source.of] + source.carried;
-                let block = pairs.block(x, a, n, viscosity);
+                let block = pair(x, a, source.of);
                 pulls.push((wall, around.positions[a] + 0.5 * x, block * (velocities[a] - seen)));
             }
         }
