@@ -210,7 +210,9 @@ impl<const N: usize> Operator for Matrix<N> {
     }
 
     fn over_diagonal(&self, of: &[f64]) -> Vec<f64> {
-        (0..of.len()).map(|n| of[n] / self.diagonal[n / N][n % N][n % N]).collect()
+        let mut to = of.to_vec();
+        rows(&mut to, |n, to| *to /= self.diagonal[n / N][n % N][n % N]);
+        to
     }
 }
 

@@ -40,6 +40,8 @@ const RUN: usize = 2048;
 pub struct Multigrid<const N: usize, const M: usize> {
     /// The nodes that others are coupled to, along the curve.
     order: Vec<u32>,
+    /// The place of each node there, or [`NONE`].
+    places: Vec<u32>,
     /// Inverses of what couples the unknowns of the others, by their numbers.
     alone: Vec<(u32, Block<N>)>,
     grid: Grid<N>,
@@ -84,7 +86,9 @@ impl<const N: usize, const M: usize> Multigrid<N, M> {
         let (coupled, alone): (Vec<u32>, Vec<u32>) = (0..matrix.len() as u32).partition(coupled);
         let alone = alone.into_iter().map(|node| (node, inverse(matrix.diagonal[node as usize]))).collect();
         let (keys, order): (Vec<u64>, Vec<u32>) = keys(positions, &coupled, spacing).into_iter().unzip();
-        let strong = strong(matrix, &order);
+        let mut places = vec![NONE; matrix.len()];
+        (0..).zip(&order).for_each(|(place, node)| places[*node as usize] = place);
+        let strong = strong(matrix, &order, &places);
         let at = order.iter().map(|node| positions[*node as usize]).collect();
         let mut pieces = Pieces { at, keys, length: spacing };
         let (mut first, mut rest) = (None, Vec::new());
@@ -95,7 +99,7 @@ impl<const N: usize, const M: usize> Multigrid<N, M> {
                 exact = next;
             }
         }
-        Self { order, alone, grid: Grid::new(&strong), first, rest }
+        Self { order, places, alone, grid: Grid::new(&strong), first, rest }
     }
 
     /// Entries of all levels over those of the first.
@@ -113,17 +117,20 @@ impl<const N: usize, const M: usize> Multigrid<N, M> {
         if scale == 0.0 {
             return to;
         }
-        let (b, all) = (nodes::<N, f64>(b), nodes_mut::<N, f64>(&mut to));
-        for (node, inverse) in &self.alone {
-            add_product(&mut all[*node as usize], inverse, &b[*node as usize]);
-        }
+        let b = nodes::<N, f64>(b);
         let mut ordered = vec![0.0; N * self.order.len()];
         rows(nodes_mut::<N, f32>(&mut ordered), |place, to| {
             *to = b[self.order[place] as usize].map(|b| (b / scale) as f32);
         });
         let x = descend(&self.grid, self.first.as_ref(), &self.rest, &ordered);
-        for (node, x) in self.order.iter().zip(nodes::<N, f32>(&x)) {
-            all[*node as usize] = x.map(|x| scale * f64::from(x));
+        let x = nodes::<N, f32>(&x);
+        rows(nodes_mut::<N, f64>(&mut to), |node, to| {
+            if self.places[node] != NONE {
+                *to = x[self.places[node] as usize].map(|x| scale * f64::from(x));
+            }
+        });
+        for (node, inverse) in &self.alone {
+            add_product(&mut nodes_mut::<N, f64>(&mut to)[*node as usize], inverse, &b[*node as usize]);
         }
         to
     }
@@ -131,9 +138,7 @@ impl<const N: usize, const M: usize> Multigrid<N, M> {
 
 /// The matrix among nodes in this order, without the blocks that are smaller than [`WEAK`] of the largest beside the diagonal of their row, by their largest numbers; what they hold is added to the diagonal, so that what is even
 /// stays so.
-fn strong<const N: usize>(matrix: &Matrix<N>, order: &[u32]) -> Matrix<N> {
-    let mut places = vec![NONE; matrix.len()];
-    (0..).zip(order).for_each(|(place, node)| places[*node as usize] = place);
+fn strong<const N: usize>(matrix: &Matrix<N>, order: &[u32], places: &[u32]) -> Matrix<N> {
     let size = |block: &Block<N>| block.iter().flatten().fold(0.0, |size: f64, value| size.max(value.abs()));
     Matrix::build(order.len(), |row, kept| {
         let row = order[row] as usize;

@@ -72,7 +72,7 @@ impl Surroundings {
             off: DVec3::ZERO,
             wall: None,
         };
-        let mut sources: Vec<Source> = (0..number).map(own).collect();
+        let mut sources: Vec<Source> = (0..number).into_par_iter().with_min_len(64).map(own).collect();
         let standing = space.standing(time);
         let mirrored = images(particles, &standing, reach);
         for image in &mirrored {

@@ -4,6 +4,7 @@
 //! energy in a time. Here velocities are those half-way between places, as in leap-frogging: x' = x + dt u', and it loses nothing. They are to be free of divergence half-way, which is where nodes are
 //! div u' = dt/2 tr(L L), L = grad u. In the paper's order its own rule is kept.
 
+use rayon::prelude::*;
 use tremie_cloud::{
     Dimension, Failure, Follower, Gradients, Source, Space, Surroundings, along_curve, reorder,
 };
@@ -322,7 +323,8 @@ impl Nodes {
         let least = CLOSEST * self.space.spacing;
         let standing = self.space.standing(self.time + step);
         let walls: Vec<_> = self.space.walls.iter().map(|wall| wall.velocity(self.time, step)).collect();
-        for (at, u) in self.positions.iter_mut().zip(&mut self.velocities) {
+        let space = &self.space;
+        self.positions.par_iter_mut().zip(&mut self.velocities).with_min_len(64).for_each(|(at, u)| {
             for (wall, velocity) in standing.iter().zip(&walls) {
                 let (distance, normal) = wall.nearest(*at);
                 if distance < least {
@@ -330,8 +332,8 @@ impl Nodes {
                     *u -= (*u - *velocity).dot(normal).min(0.0) * normal;
                 }
             }
-            *at = self.space.wrapped(*at);
-        }
+            *at = space.wrapped(*at);
+        });
     }
 }
 

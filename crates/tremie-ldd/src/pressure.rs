@@ -19,7 +19,7 @@ use tremie_numerics::DVec3;
 use crate::Fluid;
 use crate::stencils::Stencils;
 
-const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-6, iterations: 500 };
+const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-7, iterations: 500 };
 /// Places need not be as exact: what is left is taken back in the next step.
 const ROUGHLY: Settings = Settings { tolerance: 0.1, ..SETTINGS };
 

@@ -12,6 +12,7 @@
 //!
 //! At the surface c is as in the lattice, and the sum over c x_ij points into the fluid: what is missing on the other side is the stress that is not there.
 
+use rayon::prelude::*;
 use tremie_cloud::{Block, Failure, Matrix, Method, Multigrid, Operator, Settings, Source, solve};
 use tremie_numerics::{DMat3, DVec3};
 use tremie_simulation::scattered::Pull;
@@ -213,7 +214,8 @@ impl<const D: usize, const M: usize> Operator for System<'_, D, M> {
     }
 
     fn over_diagonal(&self, of: &[f64]) -> Vec<f64> {
-        of.iter().zip(self.diagonal.as_flattened()).map(|(of, diagonal)| of / diagonal).collect()
+        let over = of.par_iter().zip(self.diagonal.as_flattened()).with_min_len(1024);
+        over.map(|(of, diagonal)| of / diagonal).collect()
     }
 }
 
