@@ -27,7 +27,7 @@ pub fn crowding(
     let length = 0.5 * around.kernel.support();
     let whole = around.on_lattice(|r| around.kernel.weight(r));
     let crowded = |a: usize| {
-        let deep = || around.around(a).all(|(_, _, source)| !surface[source.of]);
+        let deep = || around.near.of(a).iter().all(|n| !surface[around.of(*n as usize)]);
         let full = match gradients.leaning(a) {
             _ if surface[a] => return 0.0,
             Some(b) if !deep() => 1.0 - MISSING * b.length() * around.kernel.support(),

@@ -4,8 +4,8 @@
 use thiserror::Error;
 use tremie_numerics::sum::ordered_sum;
 
+use crate::Multigrid;
 use crate::matrix::rows;
-use crate::{Matrix, Multigrid};
 
 /// How a system is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,6 +55,15 @@ pub enum Failure {
     },
 }
 
+/// What a linear system multiplies its unknowns with.
+pub trait Operator: Sync {
+    /// `to` = A x.
+    fn times(&self, x: &[f64], to: &mut [f64]);
+
+    /// Numbers over what stands on the diagonal.
+    fn over_diagonal(&self, of: &[f64]) -> Vec<f64>;
+}
+
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     /// Numbers that are multiplied in one piece.
     const CHUNK: usize = 512;
@@ -77,7 +86,7 @@ fn onto(y: &mut [f64], a: f64, x: &[f64]) {
 /// # Errors
 /// If the residual does not become small enough.
 pub fn solve<const N: usize, const M: usize>(
-    matrix: &Matrix<N>,
+    matrix: &impl Operator,
     multigrid: Option<&Multigrid<N, M>>,
     b: &[f64],
     x: &mut [f64],
@@ -89,11 +98,11 @@ pub fn solve<const N: usize, const M: usize>(
         return found;
     }
     x.copy_from_slice(&before);
-    attempt::<N, M>(matrix, None, b, x, settings)
+    attempt(matrix, None::<&Multigrid<N, M>>, b, x, settings)
 }
 
 fn attempt<const N: usize, const M: usize>(
-    matrix: &Matrix<N>,
+    matrix: &impl Operator,
     multigrid: Option<&Multigrid<N, M>>,
     b: &[f64],
     x: &mut [f64],
@@ -101,7 +110,7 @@ fn attempt<const N: usize, const M: usize>(
 ) -> Result<Solved, Failure> {
     let precondition = |r: &[f64]| match multigrid {
         Some(multigrid) => multigrid.cycle(r),
-        None => (0..r.len()).map(|n| r[n] / matrix.diagonal[n / N][n % N][n % N]).collect(),
+        None => matrix.over_diagonal(r),
     };
     let scale = dot(b, b).sqrt();
     if scale == 0.0 {
@@ -112,7 +121,8 @@ fn attempt<const N: usize, const M: usize>(
     let mut iterations = 0;
     // What the recursion takes for the residual is not always it: it goes on from the true one until that is small.
     loop {
-        matrix.residual(b, x, &mut r);
+        matrix.times(x, &mut r);
+        onto(&mut r, -1.0, b);
         let residual = dot(&r, &r).sqrt() / scale;
         if residual <= settings.tolerance {
             return Ok(Solved { iterations, residual });
@@ -136,8 +146,8 @@ fn attempt<const N: usize, const M: usize>(
 }
 
 /// Goes on with conjugate gradients until the residual is good; gives the number of iterations then, or none where they break down.
-fn conjugate<const N: usize>(
-    matrix: &Matrix<N>,
+fn conjugate(
+    matrix: &impl Operator,
     precondition: impl Fn(&[f64]) -> Vec<f64>,
     r: &mut [f64],
     x: &mut [f64],
@@ -169,8 +179,8 @@ fn conjugate<const N: usize>(
 }
 
 /// The same with BiCGStab.
-fn stabilised<const N: usize>(
-    matrix: &Matrix<N>,
+fn stabilised(
+    matrix: &impl Operator,
     precondition: impl Fn(&[f64]) -> Vec<f64>,
     r: &mut [f64],
     x: &mut [f64],

@@ -10,6 +10,7 @@
 //! any number of threads.
 
 mod crowding;
+mod curve;
 mod kernel;
 mod krylov;
 mod matrix;
@@ -25,8 +26,9 @@ mod surface;
 mod surroundings;
 
 pub use crowding::crowding;
+pub use curve::along_curve;
 pub use kernel::{Dimension, Kernel, Smoothing};
-pub use krylov::{Failure, Method, Settings, Solved, solve};
+pub use krylov::{Failure, Method, Operator, Settings, Solved, solve};
 pub use matrix::{Block, Matrix};
 pub use mirror::{Image, Standing, images};
 pub use multigrid::Multigrid;

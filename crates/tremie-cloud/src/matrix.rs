@@ -5,6 +5,8 @@ use std::ops::{AddAssign, Mul, Sub};
 
 use rayon::prelude::*;
 
+use crate::Operator;
+
 /// Nodes that one thread takes at a time; with fewer there is nothing to share.
 const CHUNK: usize = 1024;
 
@@ -56,6 +58,21 @@ pub(crate) fn add_product<const N: usize, T: Number>(sum: &mut [T; N], block: &B
     }
 }
 
+/// Brings entries into the order of their columns, and adds those of the same, in the order in which they are listed.
+fn merge<const N: usize>(entries: &mut Vec<(u32, Block<N>)>) {
+    if entries.is_sorted_by(|a, b| a.0 < b.0) {
+        return;
+    }
+    entries.sort_by_key(|(column, _)| *column);
+    entries.dedup_by(|next, kept| {
+        let same = next.0 == kept.0;
+        if same {
+            kept.1.iter_mut().flatten().zip(next.1.iter().flatten()).for_each(|(sum, value)| *sum += value);
+        }
+        same
+    });
+}
+
 impl Matrix {
     /// By its rows: the entry on the diagonal, and columns and values of the others.
     pub fn from_rows<R: IntoIterator<Item = (u32, f64)>>(rows: impl IntoIterator<Item = (f64, R)>) -> Self {
@@ -69,7 +86,7 @@ impl<const N: usize> Matrix<N> {
     pub fn from_blocks<R: IntoIterator<Item = (u32, Block<N>)>>(
         rows: impl IntoIterator<Item = (Block<N>, R)>,
     ) -> Self {
-        let mut new = Self { diagonal: Vec::new(), firsts: vec![0], columns: Vec::new(), values: Vec::new() };
+        let mut new = Self::empty();
         for (diagonal, others) in rows {
             new.diagonal.push(diagonal);
             for (column, value) in others {
@@ -81,44 +98,57 @@ impl<const N: usize> Matrix<N> {
         new
     }
 
-    /// Adds a number to all that is on the diagonal.
-    pub fn shift(&mut self, by: f64) {
-        self.diagonal.iter_mut().for_each(|block| (0..N).for_each(|k| block[k][k] += by));
-    }
-
-    /// Without the blocks that are smaller than a share of the largest beside the diagonal of their row, by their largest numbers; what they hold is added to the diagonal, so that what is even stays so.
-    pub(crate) fn strong(&self, share: f64) -> Self {
-        let size =
-            |block: &Block<N>| block.iter().flatten().fold(0.0, |size: f64, value| size.max(value.abs()));
-        let row = |row: usize| {
-            let largest = self.others(row).map(|(_, block)| size(block)).fold(0.0, f64::max);
-            let (mut own, least) = (self.diagonal[row], share * largest);
-            let mut kept = Vec::with_capacity(32);
-            for (column, block) in self.others(row) {
-                if size(block) < least {
-                    own.iter_mut()
-                        .flatten()
-                        .zip(block.iter().flatten())
-                        .for_each(|(own, value)| *own += value);
-                } else {
-                    kept.push((column as u32, *block));
-                }
+    /// So many rows at once: each tells the block on the diagonal and lists columns and blocks of the others, in any order; those of the same column are added.
+    pub fn build(rows: usize, row: impl Fn(usize, &mut Vec<(u32, Block<N>)>) -> Block<N> + Sync) -> Self {
+        /// Rows in one piece.
+        const PIECE: usize = 256;
+        let piece = |piece: usize| {
+            let mut part = Self::empty();
+            let mut others = Vec::new();
+            for number in piece * PIECE..((piece + 1) * PIECE).min(rows) {
+                others.clear();
+                part.diagonal.push(row(number, &mut others));
+                merge(&mut others);
+                part.columns.extend(others.iter().map(|(column, _)| *column));
+                part.values.extend(others.iter().map(|(_, value)| *value));
+                part.firsts.push(part.columns.len());
             }
-            (own, kept)
+            part
         };
-        Self::from_blocks((0..self.len()).into_par_iter().with_min_len(CHUNK).map(row).collect::<Vec<_>>())
+        let parts: Vec<Self> = (0..rows.div_ceil(PIECE)).into_par_iter().map(piece).collect();
+        let mut new = Self::empty();
+        let entries = parts.iter().map(|part| part.columns.len()).sum();
+        new.diagonal.reserve_exact(rows);
+        new.columns.reserve_exact(entries);
+        new.values.reserve_exact(entries);
+        for part in parts {
+            let before = new.columns.len();
+            new.diagonal.extend(part.diagonal);
+            new.columns.extend(part.columns);
+            new.values.extend(part.values);
+            new.firsts.extend(part.firsts[1..].iter().map(|end| before + end));
+        }
+        new
     }
 
-    /// The same in fewer digits, which takes half of the memory.
-    pub(crate) fn rounded(&self) -> Matrix<N, f32> {
-        let round = |block: &Block<N>| block.map(|row| row.map(|value| value as f32));
-        let all = |blocks: &[Block<N>]| blocks.par_iter().with_min_len(CHUNK).map(round).collect();
+    fn empty() -> Self {
+        Self { diagonal: Vec::new(), firsts: vec![0], columns: Vec::new(), values: Vec::new() }
+    }
+
+    /// The same with blocks as `of` tells them.
+    pub(crate) fn as_told<T: Send>(&self, of: impl Fn(&Block<N>) -> Block<N, T> + Sync) -> Matrix<N, T> {
+        let all = |blocks: &[Block<N>]| blocks.par_iter().with_min_len(CHUNK).map(&of).collect();
         Matrix {
             diagonal: all(&self.diagonal),
             firsts: self.firsts.clone(),
             columns: self.columns.clone(),
             values: all(&self.values),
         }
+    }
+
+    /// Adds a number to all that is on the diagonal.
+    pub fn shift(&mut self, by: f64) {
+        self.diagonal.iter_mut().for_each(|block| (0..N).for_each(|k| block[k][k] += by));
     }
 }
 
@@ -146,6 +176,15 @@ impl<const N: usize, T: Number> Matrix<N, T> {
         columns.zip(&self.values[range])
     }
 
+    /// Columns and blocks of a row beside the diagonal, up to so many and the rest.
+    #[inline]
+    pub(crate) fn split(&self, row: usize, at: u32) -> [(&[u32], &[Block<N, T>]); 2] {
+        let range = self.firsts[row]..self.firsts[row + 1];
+        let (columns, values) = (&self.columns[range.clone()], &self.values[range]);
+        let ((low, high), (lower, upper)) = (columns.split_at(at as usize), values.split_at(at as usize));
+        [(low, lower), (high, upper)]
+    }
+
     /// A row times a vector.
     #[inline]
     fn row(&self, row: usize, x: &[[T; N]]) -> [T; N] {
@@ -162,14 +201,18 @@ impl<const N: usize, T: Number> Matrix<N, T> {
         let x = nodes(x);
         rows(nodes_mut(to), |row, to| *to = self.row(row, x));
     }
+}
 
-    /// `to` = b - A x.
-    pub(crate) fn residual(&self, b: &[T], x: &[T], to: &mut [T]) {
-        let (b, x) = (nodes::<N, T>(b), nodes(x));
-        rows(nodes_mut::<N, T>(to), |row, to| {
-            let product = self.row(row, x);
-            *to = std::array::from_fn(|k| b[row][k] - product[k]);
-        });
+impl<const N: usize> Operator for Matrix<N> {
+    fn times(&self, x: &[f64], to: &mut [f64]) {
+        let x = nodes(x);
+        rows(nodes_mut(to), |row, to| *to = self.row(row, x));
+    }
+
+    fn over_diagonal(&self, of: &[f64]) -> Vec<f64> {
+        let mut to = of.to_vec();
+        rows(&mut to, |n, to| *to /= self.diagonal[n / N][n % N][n % N]);
+        to
     }
 }
 
@@ -178,12 +221,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_left_out_goes_to_the_diagonal() {
-        let rows = [(5.0, vec![(1, -4.0), (2, -0.5)]), (5.0, vec![(0, -4.0)]), (1e9, vec![(0, -0.5)])];
-        let strong = Matrix::from_rows(rows).strong(0.2);
-        let left =
-            |row: usize| strong.others(row).map(|(column, block)| (column, block[0][0])).collect::<Vec<_>>();
-        assert_eq!([left(0), left(1), left(2)], [vec![(1, -4.0)], vec![(0, -4.0)], vec![(0, -0.5)]]);
-        assert_eq!(strong.diagonal, [[[4.5]], [[5.0]], [[1e9]]]);
+    fn entries_of_the_same_column_are_added() {
+        let row = |row: usize, others: &mut Vec<(u32, Block<1>)>| {
+            others.extend([(2, [[1.0]]), (7, [[row as f64]]), (2, [[0.5]])]);
+            [[4.0]]
+        };
+        let built = Matrix::build(600, row);
+        let rows = (0..600).map(|row| (4.0, [(2, 1.5), (7, f64::from(row))]));
+        assert_eq!(built, Matrix::from_rows(rows));
     }
 }

@@ -1,7 +1,7 @@
-//! Who is near whom: the nodes within a radius of each, found by cells of that size.
+//! Who is near whom: the nodes within a radius of each, found by cells of half that size.
 //!
-//! Nodes are sorted by their cells in the box around them, x counting fastest, so that what lies in three cells side by side along x stands together; nine such runs (three in a plane) hold all
-//! that can be near. Where nodes are few for their box, cells are larger. Lists are in the order of the nodes' numbers, whatever the threads do.
+//! Nodes are sorted by their cells in the box around them, x counting fastest, so that what lies in five cells side by side along x stands together; 25 such runs (five in a plane) hold all
+//! that can be near. Where nodes are few for their box, cells are larger. Lists are in the order of the cells, and in each of the nodes' numbers, whatever the threads do.
 
 use std::ops::Range;
 
@@ -26,6 +26,8 @@ const CELLS: f64 = 8.0;
 struct Grid {
     low: DVec3,
     size: f64,
+    /// Cells on each side in which neighbours may be.
+    reach: usize,
     count: [usize; 3],
     /// Where the nodes of each cell begin, and the end of all.
     starts: Vec<u32>,
@@ -41,7 +43,7 @@ impl Grid {
         }
         let extent = (high - low).max(DVec3::ZERO);
         let cells = |size: f64| (extent / size).floor() + 1.0;
-        let mut size = radius;
+        let mut size = 0.5 * radius;
         while cells(size).element_product() > (CELLS * positions.len() as f64).max(1.0) {
             size *= 2.0;
         }
@@ -49,6 +51,7 @@ impl Grid {
         let mut new = Self {
             low,
             size,
+            reach: (radius / size).ceil() as usize,
             count,
             starts: vec![0; count.iter().product::<usize>() + 1],
             sorted: Vec::new(),
@@ -75,9 +78,11 @@ impl Grid {
         x + self.count[0] * (y + self.count[1] * z)
     }
 
-    /// What lies in a cell or beside it.
+    /// What lies in a cell or near it.
     fn around(&self, [x, y, z]: [usize; 3]) -> impl Iterator<Item = &(u32, DVec3)> {
-        let range = |at: usize, axis: usize| at.saturating_sub(1)..(at + 2).min(self.count[axis]);
+        let range = |at: usize, axis: usize| {
+            at.saturating_sub(self.reach)..(at + self.reach + 1).min(self.count[axis])
+        };
         let along = range(x, 0);
         let rows = range(z, 2).flat_map(move |z| range(y, 1).map(move |y| (y, z)));
         rows.flat_map(move |(y, z)| {
@@ -104,14 +109,17 @@ impl Neighbours {
     pub fn of_first(number: usize, positions: &[DVec3], radius: f64) -> Self {
         assert!(u32::try_from(positions.len()).is_ok(), "so many nodes have no numbers");
         let grid = Grid::new(positions, radius);
-        let list = |n: usize, list: &mut Vec<u32>| {
-            let (at, begin) = (positions[n], list.len());
+        Self::listed(number, |n, list| {
+            let at = positions[n];
             let near = grid.around(grid.cell(at)).filter(|(other, place)| {
                 *other as usize != n && place.distance_squared(at) < radius * radius
             });
             list.extend(near.map(|(other, _)| *other));
-            list[begin..].sort_unstable();
-        };
+        })
+    }
+
+    /// By what makes the list of each of so many nodes longer.
+    fn listed(number: usize, list: impl Fn(usize, &mut Vec<u32>) + Sync) -> Self {
         let chunks: Vec<Range<usize>> =
             (0..number).step_by(CHUNK).map(|begin| begin..(begin + CHUNK).min(number)).collect();
         let lists: Vec<(Vec<usize>, Vec<u32>)> = chunks
@@ -126,6 +134,7 @@ impl Neighbours {
             })
             .collect();
         let mut new = Self { firsts: vec![0], of: Vec::new() };
+        new.of.reserve_exact(lists.iter().map(|(_, list)| list.len()).sum());
         for (ends, list) in lists {
             let begin = new.of.len();
             new.firsts.extend(ends.into_iter().map(|end| begin + end));
@@ -134,19 +143,45 @@ impl Neighbours {
         new
     }
 
-    /// Without the pairs that are not `good`, given by the node and its neighbour.
+    /// Without the pairs that are not `good`, given by the node and its neighbour, and in the order of numbers.
     #[must_use]
     pub fn only(&self, good: impl Fn(usize, usize) -> bool + Sync) -> Self {
-        let list = |n: usize| -> Vec<u32> {
-            self.of(n).iter().copied().filter(|other| good(n, *other as usize)).collect()
+        Self::listed(self.len(), |n, list| {
+            let begin = list.len();
+            list.extend(self.of(n).iter().filter(|other| good(n, **other as usize)));
+            list[begin..].sort_unstable();
+        })
+    }
+
+    /// What is told of each node and, in the same breath, of each of its neighbours, which stand in their order.
+    pub fn told<T: Send, P: Clone + Default + Send>(
+        &self,
+        of: impl Fn(usize, &mut [P]) -> T + Sync,
+    ) -> (Vec<T>, Vec<P>) {
+        let mut pairs = vec![P::default(); self.pairs()];
+        let (mut rest, mut pieces) = (&mut pairs[..], Vec::new());
+        for begin in (0..self.len()).step_by(CHUNK) {
+            let nodes = begin..(begin + CHUNK).min(self.len());
+            let (piece, after) = rest.split_at_mut(self.firsts[nodes.end] - self.firsts[begin]);
+            pieces.push((nodes, piece));
+            rest = after;
+        }
+        let piece = |(nodes, mut pairs): (Range<usize>, &mut [P])| -> Vec<T> {
+            let mut node = |node: usize| {
+                let (own, after) = std::mem::take(&mut pairs).split_at_mut(self.of(node).len());
+                pairs = after;
+                of(node, own)
+            };
+            nodes.map(&mut node).collect()
         };
-        let lists: Vec<Vec<u32>> = (0..self.len()).into_par_iter().with_min_len(CHUNK).map(list).collect();
-        let mut firsts = vec![0];
-        firsts.extend(lists.iter().scan(0, |end, list| {
-            *end += list.len();
-            Some(*end)
-        }));
-        Self { firsts, of: lists.concat() }
+        let mut told = Vec::with_capacity(self.len());
+        pieces
+            .into_par_iter()
+            .map(piece)
+            .collect::<Vec<_>>()
+            .into_iter()
+            .for_each(|piece| told.extend(piece));
+        (told, pairs)
     }
 
     /// Number of nodes that have lists.
@@ -202,9 +237,14 @@ mod tests {
             for (n, at) in nodes.iter().enumerate() {
                 let near = |m: &u32| *m as usize != n && nodes[*m as usize].distance(*at) < radius;
                 let all: Vec<u32> = (0..700).filter(near).collect();
-                assert_eq!(found.of(n), all);
+                let sorted = |of: &[u32]| {
+                    let mut of = of.to_vec();
+                    of.sort_unstable();
+                    of
+                };
+                assert_eq!(sorted(found.of(n)), all);
                 let all: Vec<u32> = all.into_iter().filter(|m| m % 2 == 0).collect();
-                assert_eq!(even.of(n), all);
+                assert_eq!(sorted(even.of(n)), all);
             }
         }
         assert!(Neighbours::within(&[], 1.0).is_empty());

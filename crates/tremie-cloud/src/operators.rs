@@ -25,13 +25,10 @@
 //! l and L being what meets the sums. That takes neighbours enough, within 2.1 spacings instead of 1.6 (Basic et al. 2018 have such, too); hardly any weight is negative on nodes off a lattice by up to a fifth of
 //! its spacing, and solutions converge with the second order on them.
 
-use rayon::prelude::*;
 use tremie_numerics::{DMat3, DVec3};
 
 use crate::{Dimension, Matrix, Neighbours};
 
-/// Nodes that one thread takes at a time.
-const CHUNK: usize = 64;
 /// Least share of the smallest over the largest extent of the neighbours, by second moments, with which gradients are told.
 const LEAST: f64 = 0.1;
 /// Share of a moment of neighbours that must be independent of the others for a Laplacian that is exact for quadratic fields.
@@ -74,25 +71,26 @@ fn definite<const N: usize>(mut a: [[f64; N]; N], mut b: [f64; N]) -> Option<[f6
         if a[j][j].is_nan() || a[j][j] <= SINGULAR * whole {
             return None;
         }
-        a[j][j] = a[j][j].sqrt();
+        // Kept the other way up: what divides is divided by once.
+        a[j][j] = 1.0 / a[j][j].sqrt();
         for i in j + 1..N {
             for k in 0..j {
                 a[i][j] -= a[i][k] * a[j][k];
             }
-            a[i][j] /= a[j][j];
+            a[i][j] *= a[j][j];
         }
     }
     for i in 0..N {
         for k in 0..i {
             b[i] -= a[i][k] * b[k];
         }
-        b[i] /= a[i][i];
+        b[i] *= a[i][i];
     }
     for i in (0..N).rev() {
         for k in i + 1..N {
             b[i] -= a[k][i] * b[k];
         }
-        b[i] /= a[i][i];
+        b[i] *= a[i][i];
     }
     Some(b)
 }
@@ -105,23 +103,15 @@ impl<'a> Gradients<'a> {
         dimension: Dimension,
         weight: impl Fn(usize, usize, f64) -> f64 + Sync,
     ) -> Self {
-        let of = |i: usize| {
-            let mut weights = Vec::with_capacity(neighbours.of(i).len());
+        let (inverses, weights) = neighbours.told(|i, weights: &mut [f64]| {
             let mut moment = DMat3::ZERO;
-            for j in neighbours.of(i).iter().map(|j| *j as usize) {
-                let x = positions[j] - positions[i];
-                let g = weight(i, j, x.length());
-                moment += g * outer(x, x);
-                weights.push(g);
+            for (j, to) in neighbours.of(i).iter().zip(weights) {
+                let x = positions[*j as usize] - positions[i];
+                *to = weight(i, *j as usize, x.length());
+                moment += outer(*to * x, x);
             }
-            (weights, inverse(moment, dimension))
-        };
-        let all: Vec<_> = (0..neighbours.len()).into_par_iter().with_min_len(CHUNK).map(of).collect();
-        let (mut weights, mut inverses) = (Vec::with_capacity(neighbours.pairs()), Vec::new());
-        for (of, inverse) in all {
-            weights.extend(of);
-            inverses.push(inverse);
-        }
+            inverse(moment, dimension)
+        });
         Self { positions, neighbours, dimension, weights, inverses }
     }
 
@@ -141,7 +131,7 @@ impl<'a> Gradients<'a> {
     }
 
     /// Neighbours of a node, the way to each, and its weight.
-    fn around(&self, node: usize) -> impl Iterator<Item = (usize, DVec3, f64)> {
+    pub fn around(&self, node: usize) -> impl Iterator<Item = (usize, DVec3, f64)> {
         let weights = &self.weights[self.neighbours.range(node)];
         let others = self.neighbours.of(node).iter().map(|j| *j as usize);
         others.zip(weights).map(move |(j, g)| (j, self.positions[j] - self.positions[node], *g))
@@ -172,43 +162,56 @@ impl<'a> Gradients<'a> {
         Some(self.inverses[node]? * self.around(node).map(|(_, x, g)| g * x).sum::<DVec3>())
     }
 
+    /// Weights of all pairs.
+    pub fn into_weights(self) -> Vec<f64> {
+        self.weights
+    }
+
     /// Weights c of the Laplacian at a node, in the order of its neighbours, in 1/m2; none where it cannot be told.
-    pub fn laplacian(&self, node: usize) -> Option<Vec<f64>> {
+    pub fn laplacian(&self, node: usize) -> Option<impl Iterator<Item = f64>> {
         let b = self.leaning(node)?;
         let share = |x: DVec3, g: f64| g * (1.0 - x.dot(b));
         let all: f64 = self.around(node).map(|(_, x, g)| share(x, g) * x.length_squared()).sum();
         let scale = 2.0 * self.dimension.number() as f64 / all;
-        (all > 0.0).then(|| self.around(node).map(|(_, x, g)| scale * share(x, g)).collect())
+        (all > 0.0).then(|| self.around(node).map(move |(_, x, g)| scale * g * (1.0 - x.dot(b))))
     }
 
     /// Weights of the gradient at a node, in the order of its neighbours, in 1/m; none where it cannot be told.
-    pub fn slopes(&self, node: usize) -> Option<Vec<DVec3>> {
+    pub fn slopes(&self, node: usize) -> Option<impl Iterator<Item = DVec3>> {
         let b = self.inverses[node]?;
-        Some(self.around(node).map(|(_, x, g)| b * (g * x)).collect())
+        Some(self.around(node).map(move |(_, x, g)| b * (g * x)))
     }
 
     /// Weights of the Laplacian that is exact for quadratic fields, in the order of the neighbours, in 1/m2; none where there are too few of them.
-    pub fn exact_laplacian(&self, node: usize) -> Option<Vec<f64>> {
+    pub fn exact_laplacian(&self, node: usize) -> Option<impl Iterator<Item = f64>> {
         self.inverses[node]?;
-        match self.dimension {
-            Dimension::Two => self.exact(node, |x| [x.x, x.z, x.x * x.x, x.z * x.z, x.x * x.z], [2, 3]),
+        let (l, square) = match self.dimension {
+            Dimension::Two => {
+                let of = |x: DVec3| [x.x, x.z, x.x * x.x, x.z * x.z, x.x * x.z];
+                let [x, z, xx, zz, xz] = self.exact(node, of, [2, 3])?;
+                let (first, last) = (DVec3::new(xx, 0.0, xz), DVec3::new(0.0, 0.0, zz));
+                (DVec3::new(x, 0.0, z), DMat3::from_cols(first, DVec3::ZERO, last))
+            }
             Dimension::Three => {
                 let of = |x: DVec3| {
                     let square = x * x;
                     [x.x, x.y, x.z, square.x, square.y, square.z, x.x * x.y, x.y * x.z, x.z * x.x]
                 };
-                self.exact(node, of, [3, 4, 5])
+                let [x, y, z, xx, yy, zz, xy, yz, zx] = self.exact(node, of, [3, 4, 5])?;
+                let columns = [DVec3::new(xx, xy, 0.0), DVec3::new(0.0, yy, yz), DVec3::new(zx, 0.0, zz)];
+                (DVec3::new(x, y, z), DMat3::from_cols(columns[0], columns[1], columns[2]))
             }
-        }
+        };
+        Some(self.around(node).map(move |(_, x, g)| g * x.dot(l + square * x)))
     }
 
-    /// The same with the powers that are met, of which some are the squares.
+    /// The factors of these powers of x in c/g, if some of the powers are the squares.
     fn exact<const N: usize, const D: usize>(
         &self,
         node: usize,
         powers: impl Fn(DVec3) -> [f64; N],
         squares: [usize; D],
-    ) -> Option<Vec<f64>> {
+    ) -> Option<[f64; N]> {
         // In units of the neighbours' mean distance.
         let (sum, whole) = self
             .around(node)
@@ -226,23 +229,21 @@ impl<'a> Gradients<'a> {
         }
         let mut met = [0.0; N];
         squares.iter().for_each(|k| met[*k] = 2.0 * unit * unit / whole);
-        let factors = definite(moments, met)?;
-        let weight =
-            |x: DVec3, g: f64| g * factors.iter().zip(powers(unit * x)).map(|(a, b)| a * b).sum::<f64>();
-        Some(self.around(node).map(|(_, x, g)| weight(x, g)).collect())
+        let (factors, units) = (definite(moments, met)?, powers(DVec3::splat(unit)));
+        Some(std::array::from_fn(|k| factors[k] * units[k]))
     }
 
     /// The matrix of -div(k grad f) with k at the nodes, between two nodes their harmonic mean, by Laplacians that are `exact` for quadratic fields or not; identity in the rows that are `given` or cannot be told.
     pub fn diffusion(&self, k: &[f64], given: impl Fn(usize) -> bool + Sync, exact: bool) -> Matrix {
-        let laplacian = |i: usize| if exact { self.exact_laplacian(i) } else { self.laplacian(i) };
-        let row = |i: usize| {
-            let Some(c) = (!given(i)).then(|| laplacian(i)).flatten() else { return (1.0, Vec::new()) };
-            let between = |j: usize| 2.0 * k[i] * k[j] / (k[i] + k[j]);
-            let others = self.neighbours.of(i).iter().zip(c);
-            let others: Vec<(u32, f64)> = others.map(|(j, c)| (*j, -c * between(*j as usize))).collect();
-            (-others.iter().map(|(_, value)| value).sum::<f64>(), others)
+        let laplacian = |i: usize| -> Option<Vec<f64>> {
+            Some(if exact { self.exact_laplacian(i)?.collect() } else { self.laplacian(i)?.collect() })
         };
-        let rows: Vec<_> = (0..self.neighbours.len()).into_par_iter().with_min_len(CHUNK).map(row).collect();
-        Matrix::from_rows(rows)
+        Matrix::build(self.neighbours.len(), |i, others| {
+            let Some(c) = (!given(i)).then(|| laplacian(i)).flatten() else { return [[1.0]] };
+            let between = |j: usize| 2.0 * k[i] * k[j] / (k[i] + k[j]);
+            let of = |(j, c): (&u32, f64)| (*j, [[-c * between(*j as usize)]]);
+            others.extend(self.neighbours.of(i).iter().zip(c).map(of));
+            [[-others.iter().map(|(_, [[value]])| value).sum::<f64>()]]
+        })
     }
 }

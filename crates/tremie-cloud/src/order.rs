@@ -50,7 +50,8 @@ pub fn reorder(
 ) -> Vec<DVec3> {
     let kernel = Smoothing::new(Kernel::Cubic, dimension, REACH * spacing);
     let number = near.len();
-    let near = near.only(|a, b| positions[a].distance(positions[b]) < kernel.support() + MOST * spacing);
+    let reach = kernel.support() + MOST * spacing;
+    let near = near.only(|a, b| positions[a].distance_squared(positions[b]) < reach * reach);
     // Nearest and next to nearest neighbours in a lattice, and in space also those across a face of a cube.
     let (first, second) = if dimension == Dimension::Two { (4.0, 4.0) } else { (6.0, 12.0) };
     let whole = first * kernel.weight(spacing) + second * kernel.weight(2f64.sqrt() * spacing);
@@ -80,8 +81,13 @@ pub fn reorder(
         let factors: Vec<f64> = each().map(constraint).collect();
         let factor = |b: usize| factors[if b < number { b } else { followers[b - number].of }];
         let moved = |a: usize| {
-            let others = near.of(a).iter().map(|b| *b as usize);
-            let way: DVec3 = others.map(|b| (factors[a] + factor(b)) * slope(a, b)).sum();
+            let mut way = DVec3::ZERO;
+            for b in near.of(a).iter().map(|b| *b as usize) {
+                let by = factors[a] + factor(b);
+                if by != 0.0 {
+                    way += by * slope(a, b);
+                }
+            }
             let way = ways[a] + way.clamp_length_max(MOST * spacing);
             (way - way.dot(outward[a]).max(0.0) * outward[a]).clamp_length_max(most[a])
         };

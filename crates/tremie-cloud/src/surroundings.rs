@@ -72,7 +72,7 @@ impl Surroundings {
             off: DVec3::ZERO,
             wall: None,
         };
-        let mut sources: Vec<Source> = (0..number).map(own).collect();
+        let mut sources: Vec<Source> = (0..number).into_par_iter().with_min_len(64).map(own).collect();
         let standing = space.standing(time);
         let mirrored = images(particles, &standing, reach);
         for image in &mirrored {
@@ -113,14 +113,33 @@ impl Surroundings {
         near.map(move |n| (n, self.positions[n] - at, &self.sources[n]))
     }
 
+    /// The particle that one is, or that it is an image or copy of.
+    #[inline]
+    pub fn of(&self, n: usize) -> usize {
+        if n < self.number { n } else { self.sources[n].of }
+    }
+
+    /// What an image or copy has of its particle; none of particles.
+    #[inline]
+    pub fn image(&self, n: usize) -> Option<&Source> {
+        (n >= self.number).then(|| &self.sources[n])
+    }
+
     /// What is told of each particle.
     pub fn each<T: Send>(&self, of: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
         (0..self.number).into_par_iter().with_min_len(64).map(of).collect()
     }
 
+    /// The same into what there is of each.
+    pub fn fill<T: Send>(&self, all: &mut [T], of: impl Fn(usize, &mut T) + Sync + Send) {
+        all.par_iter_mut().with_min_len(64).enumerate().for_each(|(particle, to)| of(particle, to));
+    }
+
     /// Share of the volume around a particle that particles stand for, by the kernel.
     pub fn crowd(&self, particle: usize) -> f64 {
-        let others = self.around(particle).map(|(_, x, _)| self.kernel.weight(x.length())).sum::<f64>();
+        let at = self.positions[particle];
+        let others = self.near.of(particle).iter().map(|n| self.positions[*n as usize].distance(at));
+        let others = others.map(|distance| self.kernel.weight(distance)).sum::<f64>();
         self.volume * (self.kernel.weight(0.0) + others)
     }
 
@@ -136,13 +155,14 @@ impl Surroundings {
     }
 
     /// A value of all particles as images have it too.
-    pub fn mirrored<T>(&self, of: impl Fn(&Source) -> T) -> Vec<T> {
-        self.sources.iter().map(of).collect()
+    pub fn mirrored<T: Send>(&self, of: impl Fn(&Source) -> T + Sync + Send) -> Vec<T> {
+        self.sources.par_iter().with_min_len(64).map(of).collect()
     }
 
     /// Velocities in m/s of all, images among them.
     pub fn velocities(&self, of: &[DVec3]) -> Vec<DVec3> {
-        self.mirrored(|source| source.turn * of[source.of] + source.carried)
+        let image = |source: &Source| source.turn * of[source.of] + source.carried;
+        of.iter().copied().chain(self.sources[self.number..].iter().map(image)).collect()
     }
 
     /// What gradients are formed with: exact for linear fields.

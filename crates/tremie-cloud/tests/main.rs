@@ -92,7 +92,7 @@ fn derivatives_of_linear_fields_are_exact_up_to_the_edge() {
                     continue;
                 }
                 let c = gradients.laplacian(n).unwrap();
-                let others = neighbours.of(n).iter().zip(&c);
+                let others = neighbours.of(n).iter().zip(c);
                 let laplacian: f64 = others.map(|(j, c)| c * (f[*j as usize] - f[n])).sum();
                 assert!(laplacian.abs() < 1e-9, "{laplacian}");
             }

@@ -4,7 +4,10 @@
 //! energy in a time. Here velocities are those half-way between places, as in leap-frogging: x' = x + dt u', and it loses nothing. They are to be free of divergence half-way, which is where nodes are
 //! div u' = dt/2 tr(L L), L = grad u. In the paper's order its own rule is kept.
 
-use tremie_cloud::{Dimension, Failure, Follower, Gradients, Source, Space, Surroundings, reorder};
+use rayon::prelude::*;
+use tremie_cloud::{
+    Dimension, Failure, Follower, Gradients, Source, Space, Surroundings, along_curve, reorder,
+};
 use tremie_numerics::DVec3;
 use tremie_rheology::FlowCurve;
 
@@ -166,6 +169,18 @@ impl Nodes {
         only(&mut self.shear_rates, stays);
     }
 
+    /// Brings nodes into the order in which they stand along a curve through space, so that those who are near stand near in memory.
+    fn line_up(&mut self) {
+        let order = along_curve(&self.positions, self.space.spacing);
+        fn by<T: Copy>(of: &mut Vec<T>, order: &[u32]) {
+            *of = order.iter().map(|n| of[*n as usize]).collect();
+        }
+        by(&mut self.positions, &order);
+        by(&mut self.velocities, &order);
+        by(&mut self.pressures, &order);
+        by(&mut self.shear_rates, &order);
+    }
+
     /// What surrounds nodes where they are, in a step in s.
     pub(crate) fn surroundings(&self, step: f64) -> Surroundings {
         Surroundings::new(&self.positions, &self.space, self.time, step)
@@ -176,6 +191,7 @@ impl Nodes {
     /// # Errors
     /// If one of the linear systems cannot be solved.
     pub fn advance(&mut self) -> Result<(), Failure> {
+        self.line_up();
         let (step, fluid) = (self.time_step(), self.fluid);
         let around = self.surroundings(step);
         let wide = around.gradients();
@@ -233,12 +249,10 @@ impl Nodes {
                 forces.iter_mut().zip(bends).for_each(|(force, bend)| *force += bend);
             }
             let before = self.velocities.clone();
-            let (density, new) = (fluid.density, &mut self.velocities);
+            let (rate, new) = (fluid.density / step, &mut self.velocities);
             iterations += match stencils.flat() {
-                true => System::<2, 3>::new(stencils, &viscosity, turns)
-                    .advance(density, &forces, new, &start, step),
-                false => System::<3, 6>::new(stencils, &viscosity, turns)
-                    .advance(density, &forces, new, &start, step),
+                true => System::<2, 3>::new(stencils, &viscosity, turns, rate).advance(&forces, new, &start),
+                false => System::<3, 6>::new(stencils, &viscosity, turns, rate).advance(&forces, new, &start),
             }?;
             let largest = new.iter().map(|u| u.length()).fold(0.0, f64::max);
             let changed = new.iter().zip(&before).map(|(new, old)| new.distance(*old)).fold(0.0, f64::max);
@@ -265,10 +279,11 @@ impl Nodes {
         };
         let seen = around.velocities(&self.velocities);
         // What is between a node and its image, a wall, has the mean of their velocities.
-        let share = |source: &Source| if source.wall.is_some() { 0.5 } else { 1.0 };
+        let share = |n: usize| if n < around.number || around.sources[n].wall.is_none() { 1.0 } else { 0.25 };
         let past = around.each(|a| {
-            let others = around.around(a).map(|(n, _, source)| share(source) * seen[a].distance(seen[n]));
-            others.fold(0.0, f64::max)
+            let others = around.near.of(a).iter().map(|n| *n as usize);
+            let squares = others.map(|n| share(n) * seen[a].distance_squared(seen[n]));
+            squares.fold(0.0, f64::max).sqrt()
         });
         let spread = poisson.spread(wide, &past, step)?;
         let velocities = self.velocities.iter().zip(before);
@@ -282,8 +297,10 @@ impl Nodes {
         let all: Vec<DVec3> = gone.chain(images).collect();
         let (spacing, dimension) = (space.spacing, space.dimension);
         let crowded = around.each(|a| {
-            let mut others = around.around(a).filter(|(.., source)| source.wall.is_none());
-            others.any(|(_, x, _)| x.length() < CROWDED * spacing)
+            let least = (CROWDED * spacing).powi(2);
+            let mut others = stencils.near.of(a).iter().map(|n| *n as usize);
+            others
+                .any(|n| around.positions[n].distance_squared(around.positions[a]) < least && share(n) == 1.0)
         });
         let most =
             around.each(|a| (PARTS * past[a] * step).max(if crowded[a] { LEAVES * spacing } else { 0.0 }));
@@ -306,7 +323,8 @@ impl Nodes {
         let least = CLOSEST * self.space.spacing;
         let standing = self.space.standing(self.time + step);
         let walls: Vec<_> = self.space.walls.iter().map(|wall| wall.velocity(self.time, step)).collect();
-        for (at, u) in self.positions.iter_mut().zip(&mut self.velocities) {
+        let space = &self.space;
+        self.positions.par_iter_mut().zip(&mut self.velocities).with_min_len(64).for_each(|(at, u)| {
             for (wall, velocity) in standing.iter().zip(&walls) {
                 let (distance, normal) = wall.nearest(*at);
                 if distance < least {
@@ -314,8 +332,8 @@ impl Nodes {
                     *u -= (*u - *velocity).dot(normal).min(0.0) * normal;
                 }
             }
-            *at = self.space.wrapped(*at);
-        }
+            *at = space.wrapped(*at);
+        });
     }
 }
 

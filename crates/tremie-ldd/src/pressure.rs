@@ -13,15 +13,15 @@
 //!
 //! is told by the divergence and the rest by the Laplacian (D: spacing): as elements are stabilised that have velocity and pressure at the same nodes (Hughes, Franca and Balestra 1986). Images in walls have the pressure of their nodes and the weight of the fluid between them.
 
-use tremie_cloud::{Failure, Gradients, Matrix, Method, Multigrid, Settings, Source, crowding, solve};
+use tremie_cloud::{Block, Failure, Gradients, Matrix, Method, Multigrid, Settings, Source, crowding, solve};
 use tremie_numerics::DVec3;
 
 use crate::Fluid;
 use crate::stencils::Stencils;
 
 const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-7, iterations: 500 };
-/// Places need not be as exact.
-const ROUGHLY: Settings = Settings { tolerance: 1e-2, ..SETTINGS };
+/// Places need not be as exact: what is left is taken back in the next step.
+const ROUGHLY: Settings = Settings { tolerance: 0.1, ..SETTINGS };
 
 /// The problem of Poisson over nodes.
 pub(crate) struct Poisson<'a> {
@@ -47,31 +47,26 @@ impl<'a> Poisson<'a> {
         let around = stencils.around;
         // Without a surface pressures are known but for a constant.
         let confined = !stencils.surface.contains(&true);
-        let row = |a: usize| {
-            if stencils.surface[a] || (confined && a == 0) {
-                return (1.0, Vec::new(), None);
+        let given = |a: usize| stencils.surface[a] || (confined && a == 0);
+        let row = |a: usize, others: &mut Vec<(u32, Block<1>)>| {
+            if given(a) {
+                return [[1.0]];
             }
-            let (mut own, mut others, mut right) = (0.0, Vec::<(u32, f64)>::new(), 0.0);
+            let mut own = 0.0;
             for (n, _, c) in stencils.pairs(a) {
-                let source = &around.sources[n];
-                right += c * weight(fluid, source);
-                if source.of != a {
+                let of = around.of(n);
+                if of != a {
                     own += c;
-                    others.push((source.of as u32, -c));
+                    others.push((of as u32, [[-c]]));
                 }
             }
-            // In the order of nodes, and of the images of each.
-            others.sort_by_key(|(of, _)| *of);
-            others.dedup_by(|next, kept| {
-                let same = next.0 == kept.0;
-                kept.1 += if same { next.1 } else { 0.0 };
-                same
-            });
-            (own, others, Some(right))
+            [[own]]
         };
-        let rows = around.each(row);
-        let weights = rows.iter().map(|(_, _, right)| *right).collect();
-        let matrix = Matrix::from_rows(rows.into_iter().map(|(own, others, _)| (own, others)));
+        let matrix = Matrix::build(around.number, row);
+        let weights = around.each(|a| {
+            let images = stencils.pairs(a).filter(|(n, ..)| *n >= around.number);
+            (!given(a)).then(|| images.map(|(n, _, c)| c * weight(fluid, &around.sources[n])).sum())
+        });
         let multigrid = Multigrid::new(&matrix, &around.positions[..around.number], around.spacing);
         Self { stencils, fluid, matrix, multigrid, weights, confined }
     }

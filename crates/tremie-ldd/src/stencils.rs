@@ -1,6 +1,6 @@
 //! Weights of neighbours in derivatives at a moment.
 
-use tremie_cloud::{Dimension, Gradients, Kernel, Neighbours, Smoothing, Source, Surroundings};
+use tremie_cloud::{Dimension, Gradients, Kernel, Neighbours, Smoothing, Surroundings};
 use tremie_numerics::{DMat3, DVec3};
 
 use crate::nodes::Operators;
@@ -24,8 +24,8 @@ const INNER: f64 = 0.3;
 pub(crate) struct Stencils<'a> {
     pub(crate) around: &'a Surroundings,
     /// Who is near enough for derivatives, and the weights W.
-    near: Neighbours,
-    pub(crate) kernel: Smoothing,
+    pub(crate) near: Neighbours,
+    pub(crate) weights: Vec<f64>,
     /// Weights of gradients and of the Laplacian, of all pairs: in 1/m, and in 1/m2.
     slopes: Vec<DVec3>,
     laplacians: Vec<f64>,
@@ -39,19 +39,6 @@ pub(crate) struct Stencils<'a> {
     pub(crate) outward: Vec<DVec3>,
 }
 
-/// The neighbours of a node: number, way to it in m, and its source.
-fn others<'a>(
-    around: &'a Surroundings,
-    near: &'a Neighbours,
-    node: usize,
-) -> impl Iterator<Item = (usize, DVec3, &'a Source)> {
-    let at = around.positions[node];
-    near.of(node).iter().map(move |n| {
-        let n = *n as usize;
-        (n, around.positions[n] - at, &around.sources[n])
-    })
-}
-
 impl<'a> Stencils<'a> {
     pub(crate) fn new(around: &'a Surroundings, wide: &Gradients, operators: Operators) -> Self {
         let reach = match operators {
@@ -59,56 +46,69 @@ impl<'a> Stencils<'a> {
             Operators::Paper => PAPER,
         } * around.spacing;
         let kernel = Smoothing::new(Kernel::Cubic, around.dimension, reach);
-        let near = around.near.only(|a, b| around.positions[a].distance(around.positions[b]) < reach);
+        let near = around
+            .near
+            .only(|a, b| around.positions[a].distance_squared(around.positions[b]) < reach * reach);
         let weight = |_, _, distance: f64| kernel.weight(distance);
         let gradients = Gradients::new(&around.positions, &near, around.dimension, weight);
-        let slopes = around.each(|a| gradients.slopes(a));
-        let mute = around.each(|a| {
-            let Some(slopes) = &slopes[a] else { return false };
-            let squares: f64 = slopes.iter().map(|g| g.length_squared()).sum();
-            let pushed = slopes.iter().sum::<DVec3>().length_squared();
-            operators == Operators::Exact && pushed > AGAINST * squares
+        let (told, slopes) = near.told(|a, to: &mut [DVec3]| {
+            let Some(slopes) = gradients.slopes(a) else { return (true, false) };
+            let (mut pushed, mut squares) = (DVec3::ZERO, 0.0);
+            for (to, g) in to.iter_mut().zip(slopes) {
+                *to = g;
+                pushed += g;
+                squares += g.length_squared();
+            }
+            (false, operators == Operators::Exact && pushed.length_squared() > AGAINST * squares)
         });
+        let (loose, mute): (Vec<bool>, Vec<bool>) = told.into_iter().unzip();
         let leans = around.surface(wide);
-        let outer = around.each(|a| leans[a] || slopes[a].is_none());
+        let outer = |a: usize| leans[a] || loose[a];
         let alone = |a: usize| {
-            let others = others(around, &near, a).filter(|(.., source)| source.wall.is_none());
-            let (inner, all) = others.fold((0.0, 0.0), |(inner, all), (_, x, source)| {
-                let share = kernel.weight(x.length());
-                (inner + if outer[source.of] || mute[source.of] { 0.0 } else { share }, all + share)
-            });
+            let (mut inner, mut all) = (0.0, 0.0);
+            for (n, _, share) in gradients.around(a) {
+                if around.image(n).is_none_or(|image| image.wall.is_none()) {
+                    let of = around.of(n);
+                    inner += if outer(of) || mute[of] { 0.0 } else { share };
+                    all += share;
+                }
+            }
             inner < INNER * all
         };
-        let surface = around.each(|a| outer[a] || alone(a));
-        let d = around.dimension.number() as f64;
+        let surface = around.each(|a| outer(a) || alone(a));
         let whole = around.on_lattice(|r| kernel.weight(r) * r * r) / around.volume;
-        let laplacian = |a: usize| {
-            // At the surface neighbours that are not there are without stress: those that are weigh as in the lattice.
-            let natural =
-                || others(around, &near, a).map(|(_, x, _)| 2.0 * d / whole * kernel.weight(x.length()));
-            if surface[a] {
-                return natural().collect();
-            }
-            let good = |weights: &Vec<f64>| !mixed(others(around, &near, a), a, weights);
-            let exact = match operators {
-                Operators::Exact => gradients.exact_laplacian(a).filter(good),
-                Operators::Paper => None,
+        let natural = 2.0 * around.dimension.number() as f64 / whole;
+        let (_, laplacians) = near.told(|a, to: &mut [f64]| {
+            // Whether few enough of the weights are negative, but for those of its own images, which tell nothing of a pressure.
+            let good = |to: &[f64]| {
+                let others = near.of(a).iter().zip(to).filter(|(n, _)| around.of(**n as usize) != a);
+                let sums =
+                    |(all, negative): (f64, f64), (_, c): (_, &f64)| (all + c.abs(), negative - c.min(0.0));
+                let (all, negative) = others.fold((0.0, 0.0), sums);
+                negative <= NEGATIVE * all
             };
-            exact
-                .or_else(|| gradients.laplacian(a).filter(good))
-                .unwrap_or_else(|| natural().collect::<Vec<f64>>())
-        };
-        let laplacians = around.each(laplacian).concat();
-        let outward = around.each(|a| match gradients.leaning(a) {
-            Some(b) if surface[a] => -b.normalize_or_zero(),
-            _ => DVec3::ZERO,
+            let exact = !surface[a] && operators == Operators::Exact;
+            if let Some(weights) = exact.then(|| gradients.exact_laplacian(a)).flatten() {
+                to.iter_mut().zip(weights).for_each(|(to, c)| *to = c);
+                if good(to) {
+                    return;
+                }
+            }
+            if let Some(weights) = (!surface[a]).then(|| gradients.laplacian(a)).flatten() {
+                to.iter_mut().zip(weights).for_each(|(to, c)| *to = c);
+                if good(to) {
+                    return;
+                }
+            }
+            // At the surface neighbours that are not there are without stress: those that are weigh as in the lattice.
+            to.iter_mut().zip(gradients.around(a)).for_each(|(to, (_, _, w))| *to = natural * w);
         });
-        let loose = slopes.iter().map(|slopes| slopes.is_none()).collect();
-        let mut all = Vec::with_capacity(near.pairs());
-        for (node, slopes) in slopes.into_iter().enumerate() {
-            all.extend(slopes.unwrap_or_else(|| vec![DVec3::ZERO; near.of(node).len()]));
-        }
-        Self { around, near, kernel, slopes: all, laplacians, surface, mute, loose, outward }
+        let outward = around.each(|a| match surface[a].then(|| gradients.leaning(a)).flatten() {
+            Some(b) => -b.normalize_or_zero(),
+            None => DVec3::ZERO,
+        });
+        let weights = gradients.into_weights();
+        Self { around, near, weights, slopes, laplacians, surface, mute, loose, outward }
     }
 
     /// Numbers of a node's neighbours, their weights in its gradients, and in its Laplacian.
@@ -140,13 +140,12 @@ impl<'a> Stencils<'a> {
     pub(crate) fn shear_rates(&self, velocities: &[DVec3]) -> Vec<f64> {
         let all = self.around.velocities(velocities);
         let past = |a: usize| {
-            let of = |(n, x, _): (usize, DVec3, _)| {
-                let share = self.kernel.weight(x.length());
-                (share, share * all[a].distance(all[n]) / x.length())
-            };
-            let sums = others(self.around, &self.near, a)
-                .map(of)
-                .fold((0.0, 0.0), |sum, of| (sum.0 + of.0, sum.1 + of.1));
+            let weights = self.near.of(a).iter().zip(&self.weights[self.near.range(a)]);
+            let sums = weights.fold((0.0, 0.0), |sum, (n, share)| {
+                let (n, at) = (*n as usize, self.around.positions[a]);
+                let rate = all[a].distance(all[n]) / at.distance(self.around.positions[n]);
+                (sum.0 + share, sum.1 + share * rate)
+            });
             if sums.0 > 0.0 { sums.1 / sums.0 } else { 0.0 }
         };
         self.around.each(|a| {
@@ -163,12 +162,4 @@ impl<'a> Stencils<'a> {
     pub(crate) fn flat(&self) -> bool {
         self.around.dimension == Dimension::Two
     }
-}
-
-/// Whether too many of a Laplacian's weights at a node are negative, but for those of its own images, which tell nothing of a pressure.
-fn mixed<'a>(others: impl Iterator<Item = (usize, DVec3, &'a Source)>, node: usize, weights: &[f64]) -> bool {
-    let others = others.zip(weights).filter(|((.., source), _)| source.of != node);
-    let (all, negative) =
-        others.fold((0.0, 0.0), |(all, negative), (_, c)| (all + c.abs(), negative - c.min(0.0)));
-    negative > NEGATIVE * all
 }

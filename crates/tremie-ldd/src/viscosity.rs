@@ -12,7 +12,8 @@
 //!
 //! At the surface c is as in the lattice, and the sum over c x_ij points into the fluid: what is missing on the other side is the stress that is not there.
 
-use tremie_cloud::{Block, Failure, Matrix, Method, Multigrid, Settings, solve};
+use rayon::prelude::*;
+use tremie_cloud::{Block, Failure, Matrix, Method, Multigrid, Operator, Settings, Source, solve};
 use tremie_numerics::{DMat3, DVec3};
 use tremie_simulation::scattered::Pull;
 
@@ -21,122 +22,200 @@ use crate::stencils::Stencils;
 const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-5, iterations: 2000 };
 
 /// Viscosity times a step over density and spacing^2 up to which the diagonal alone is the preconditioner.
-const MILD: f64 = 10.0;
+const MILD: f64 = 50.0;
+/// Couplings below this share of the largest of their node are left out of the preconditioner.
+const WEAK: f64 = 0.2;
 
 /// Along a line; never here.
 const AXES: [&[usize]; 4] = [&[], &[2], &[0, 2], &[0, 1, 2]];
 
-/// Minus div(2 mu E) of nodes in D dimensions, of which cells move and turn in M ways.
-pub(crate) struct System<'a, const D: usize, const M: usize> {
-    stencils: &'a Stencils<'a>,
-    matrix: Matrix<D>,
-    /// What walls that move push, in N/m3.
-    carried: Vec<f64>,
-    largest: f64,
-}
-
 /// The components of a vector that count, in a plane x and z.
+#[inline(always)]
 fn flat<const D: usize>(vector: DVec3) -> [f64; D] {
     std::array::from_fn(|k| vector[AXES[D][k]])
 }
 
-/// The neighbours of a node: number, what the difference of velocities is multiplied with.
-fn pairs(
-    stencils: &Stencils,
-    node: usize,
-    viscosity: &[f64],
-    turns: bool,
-) -> impl Iterator<Item = (usize, DMat3)> {
+/// A vector of such components.
+#[inline(always)]
+fn full<const D: usize>(of: &[f64; D]) -> DVec3 {
+    if D == 2 { DVec3::new(of[0], 0.0, of[1]) } else { DVec3::new(of[0], of[1], of[2]) }
+}
+
+/// What the difference of velocities to a neighbour in the way x is multiplied with: c mu + B (W mu x) s^T.
+#[derive(Debug, Clone, Copy, Default)]
+struct Pair {
+    /// c mu in Pa s/m2.
+    stiff: f64,
+    /// W mu in Pa s.
+    turning: f64,
+}
+
+/// B and s of a node: s = sum c mu x, and B = (sum W mu x x^T)^-1; zero where the stress does not turn with its gradient.
+#[derive(Debug, Clone, Copy)]
+struct Turn {
+    inverse: DMat3,
+    slope: DVec3,
+}
+
+impl Turn {
+    fn block(&self, pair: &Pair, x: DVec3) -> DMat3 {
+        let (g, s) = (self.inverse * (pair.turning * x), self.slope);
+        DMat3::from_diagonal(DVec3::splat(pair.stiff)) + DMat3::from_cols(s.x * g, s.y * g, s.z * g)
+    }
+}
+
+/// What couples nodes, by apparent viscosities in Pa s; without what `turns` the stress with its gradient if so asked.
+fn couplings(stencils: &Stencils, viscosity: &[f64], turns: bool) -> (Vec<Turn>, Vec<Pair>) {
     let around = stencils.around;
-    let mean = move |n: usize| {
-        let (one, other) = (viscosity[node], viscosity[around.sources[n].of]);
-        2.0 * one * other / (one + other)
-    };
-    let at = around.positions[node];
-    let weight = move |n: usize, x: DVec3| stencils.kernel.weight(x.length()) * mean(n);
-    let (mut slope, mut moment) = (DVec3::ZERO, DMat3::ZERO);
-    if turns && !stencils.loose[node] {
-        for (n, _, c) in stencils.pairs(node) {
-            let x = around.positions[n] - at;
-            let stiff = weight(n, x) * x;
-            slope += c * mean(n) * x;
-            moment += DMat3::from_cols(x.x * stiff, x.y * stiff, x.z * stiff);
+    stencils.near.told(|a, pairs: &mut [Pair]| {
+        let (at, one) = (around.positions[a], viscosity[a]);
+        let (mut slope, mut moment) = (DVec3::ZERO, DMat3::ZERO);
+        let weights = &stencils.weights[stencils.near.range(a)];
+        for ((pair, (n, _, c)), w) in pairs.iter_mut().zip(stencils.pairs(a)).zip(weights) {
+            let (x, other) = (around.positions[n] - at, viscosity[around.of(n)]);
+            let mean = 2.0 * one * other / (one + other);
+            *pair = Pair { stiff: c * mean, turning: w * mean };
+            let way = pair.turning * x;
+            slope += pair.stiff * x;
+            moment += DMat3::from_cols(x.x * way, x.y * way, x.z * way);
         }
         if stencils.flat() {
             moment.y_axis.y = moment.x_axis.x + moment.z_axis.z;
         }
-    }
-    let inverse = moment.inverse();
-    let turned = if inverse.is_finite() { slope } else { DVec3::ZERO };
-    stencils.pairs(node).map(move |(n, _, c)| {
-        let mut block = DMat3::from_diagonal(DVec3::splat(c * mean(n)));
-        if turned != DVec3::ZERO {
-            let x = around.positions[n] - at;
-            let g = inverse * (weight(n, x) * x);
-            block += DMat3::from_cols(turned.x * g, turned.y * g, turned.z * g);
+        let inverse = moment.inverse();
+        match turns && !stencils.loose[a] && inverse.is_finite() {
+            true => Turn { inverse, slope },
+            false => Turn { inverse: DMat3::ZERO, slope: DVec3::ZERO },
         }
-        (n, block)
     })
 }
 
+/// Minus div(2 mu E), and what the mass of nodes in D dimensions, of which cells move and turn in M ways, adds.
+pub(crate) struct System<'a, const D: usize, const M: usize> {
+    stencils: &'a Stencils<'a>,
+    places: Vec<[f64; D]>,
+    turns: Vec<(Block<D>, [f64; D])>,
+    pairs: Vec<Pair>,
+    diagonal: Vec<[f64; D]>,
+    /// What walls that move push, in N/m3.
+    carried: Vec<[f64; D]>,
+    /// Whether cells of nodes move as one.
+    multigrid: Option<Multigrid<D, M>>,
+    /// Density over the step.
+    rate: f64,
+}
+
+fn entries<const D: usize>(block: DMat3) -> Block<D> {
+    std::array::from_fn(|i| std::array::from_fn(|j| block.col(AXES[D][j])[AXES[D][i]]))
+}
+
 impl<'a, const D: usize, const M: usize> System<'a, D, M> {
-    /// For apparent viscosities in Pa s of nodes; without what `turns` the stress with its gradient if so asked.
-    pub(crate) fn new(stencils: &'a Stencils<'a>, viscosity: &[f64], turns: bool) -> Self {
+    /// For apparent viscosities in Pa s of nodes and a density over the step in kg/(m3 s); without what `turns` the stress with its gradient if so asked.
+    pub(crate) fn new(stencils: &'a Stencils<'a>, viscosity: &[f64], turns: bool, rate: f64) -> Self {
         let around = stencils.around;
-        let entries = |block: DMat3| -> Block<D> {
-            std::array::from_fn(|i| std::array::from_fn(|j| block.col(AXES[D][j])[AXES[D][i]]))
+        let (turns, pairs) = couplings(stencils, viscosity, turns);
+        let at = &around.positions;
+        let others = |a: usize| {
+            let range = stencils.near.range(a);
+            let near = stencils.near.of(a).iter().map(|n| *n as usize).zip(&pairs[range]);
+            near.map(move |(n, pair)| (at[n] - at[a], pair, around.image(n), around.of(n)))
         };
-        let row = |a: usize| {
-            let (mut own, mut carried) = (DMat3::ZERO, DVec3::ZERO);
-            let mut others: Vec<(u32, DMat3)> = Vec::new();
-            for (n, block) in pairs(stencils, a, viscosity, turns) {
-                let source = &around.sources[n];
-                own += block;
-                carried += block * source.carried;
-                match source.of == a {
-                    true => own -= block * source.turn,
-                    false => others.push((source.of as u32, -(block * source.turn))),
+        let own = |a: usize| {
+            let (mut own, mut sum, mut carried) = (DMat3::ZERO, DVec3::ZERO, DVec3::ZERO);
+            let mut stiff = rate;
+            for (x, pair, image, of) in others(a) {
+                stiff += pair.stiff;
+                sum += pair.turning * x;
+                if let Some(image) = image {
+                    let block = turns[a].block(pair, x);
+                    carried += block * image.carried;
+                    if of == a {
+                        own -= block * image.turn;
+                    }
                 }
             }
-            // What comes from images belongs to their nodes; in the order of these, and then of the images.
-            others.sort_by_key(|(of, _)| *of);
-            others.dedup_by(|next, kept| {
-                let same = next.0 == kept.0;
-                kept.1 += if same { next.1 } else { DMat3::ZERO };
-                same
-            });
-            let others: Vec<_> = others.into_iter().map(|(of, block)| (of, entries(block))).collect();
-            (entries(own), others, flat::<D>(carried))
+            let whole = turns[a].inverse * sum * turns[a].slope + stiff;
+            let own = whole + DVec3::new(own.x_axis.x, own.y_axis.y, own.z_axis.z);
+            (flat(own), flat(carried))
         };
-        let rows = around.each(row);
-        let carried = rows.iter().flat_map(|(_, _, carried)| *carried).collect();
-        let matrix = Matrix::from_blocks(rows.into_iter().map(|(own, others, _)| (own, others)));
+        let (diagonal, carried) = around.each(own).into_iter().unzip();
         let largest = viscosity.iter().copied().fold(0.0, f64::max);
-        Self { stencils, matrix, carried, largest }
+        let multigrid = (largest > MILD * rate * around.spacing * around.spacing).then(|| {
+            let row = |a: usize, row: &mut Vec<(u32, Block<D>)>| {
+                let most = others(a).map(|(_, pair, ..)| pair.stiff.abs()).fold(0.0, f64::max);
+                let mut own = DMat3::from_diagonal(DVec3::splat(rate));
+                for (x, pair, image, of) in others(a) {
+                    let weak = pair.stiff.abs() < WEAK * most;
+                    if weak && image.is_none() {
+                        continue;
+                    }
+                    let block = turns[a].block(pair, x);
+                    let seen = image.map_or(block, |image| block * image.turn);
+                    own += block;
+                    if of == a || weak {
+                        own -= seen;
+                    } else {
+                        row.push((of as u32, entries(-seen)));
+                    }
+                }
+                entries(own)
+            };
+            let strong = Matrix::build(around.number, row);
+            Multigrid::new(&strong, &at[..around.number], around.spacing)
+        });
+        let places = at.iter().map(|at| flat(*at)).collect();
+        let turns = turns.iter().map(|turn| (entries(turn.inverse), flat(turn.slope))).collect();
+        Self { stencils, places, turns, pairs, diagonal, carried, multigrid, rate }
     }
 
-    /// Brings velocities in m/s to the end of a step in s under forces in N/m3; gives the iterations that it took.
+    /// Brings velocities in m/s to the end of the step under forces in N/m3; gives the iterations that it took.
     pub(crate) fn advance(
-        mut self,
-        density: f64,
+        &self,
         forces: &[DVec3],
         velocities: &mut [DVec3],
         start: &[DVec3],
-        step: f64,
     ) -> Result<usize, Failure> {
-        let (around, rate) = (self.stencils.around, density / step);
-        self.matrix.shift(rate);
-        let pushed = forces.iter().zip(start).flat_map(|(force, u)| flat::<D>(rate * *u + *force));
-        let right: Vec<f64> = pushed.zip(&self.carried).map(|(pushed, carried)| pushed + carried).collect();
+        let pushed = forces.iter().zip(start).map(|(force, u)| flat::<D>(self.rate * *u + *force));
+        let right = pushed
+            .zip(&self.carried)
+            .flat_map(|(pushed, carried)| std::array::from_fn::<f64, D, _>(|k| pushed[k] + carried[k]));
+        let right: Vec<f64> = right.collect();
         let mut new: Vec<f64> = velocities.iter().flat_map(|u| flat::<D>(*u)).collect();
-        let stiff = self.largest > MILD * rate * around.spacing * around.spacing;
-        let places = &around.positions[..around.number];
-        let multigrid = stiff.then(|| Multigrid::<D, M>::new(&self.matrix, places, around.spacing));
-        let solved = solve(&self.matrix, multigrid.as_ref(), &right, &mut new, &SETTINGS)?;
+        let solved = solve(self, self.multigrid.as_ref(), &right, &mut new, &SETTINGS)?;
         for (u, new) in velocities.iter_mut().zip(new.as_chunks::<D>().0) {
             AXES[D].iter().zip(new).for_each(|(axis, new)| u[*axis] = *new);
         }
         Ok(solved.iterations)
+    }
+}
+
+impl<const D: usize, const M: usize> Operator for System<'_, D, M> {
+    fn times(&self, x: &[f64], to: &mut [f64]) {
+        let around = self.stencils.around;
+        let own = x.as_chunks::<D>().0;
+        let mirrored = |source: &Source| flat(source.turn * full(&own[source.of]));
+        let seen: Vec<[f64; D]> =
+            own.iter().copied().chain(around.sources[around.number..].iter().map(mirrored)).collect();
+        let row = |a: usize, to: &mut [f64; D]| {
+            let (u, at, (inverse, slope)) = (&seen[a], &self.places[a], &self.turns[a]);
+            let (mut sum, mut turned) = (u.map(|u| self.rate * u), [0.0; D]);
+            for (n, pair) in self.stencils.near.of(a).iter().zip(&self.pairs[self.stencils.near.range(a)]) {
+                let (other, place) = (&seen[*n as usize], &self.places[*n as usize]);
+                let past: [f64; D] = std::array::from_fn(|k| u[k] - other[k]);
+                let by = pair.turning * (0..D).map(|k| slope[k] * past[k]).sum::<f64>();
+                for k in 0..D {
+                    sum[k] += pair.stiff * past[k];
+                    turned[k] += by * (place[k] - at[k]);
+                }
+            }
+            *to = std::array::from_fn(|k| sum[k] + (0..D).map(|j| inverse[k][j] * turned[j]).sum::<f64>());
+        };
+        around.fill(to.as_chunks_mut::<D>().0, row);
+    }
+
+    fn over_diagonal(&self, of: &[f64]) -> Vec<f64> {
+        let over = of.par_iter().zip(self.diagonal.as_flattened()).with_min_len(1024);
+        over.map(|(of, diagonal)| of / diagonal).collect()
     }
 }
 
@@ -153,14 +232,18 @@ pub(crate) fn bends(stencils: &Stencils, viscosity: &[f64], velocities: &[DVec3]
 /// What walls are pulled by: what images in them give their nodes.
 pub(crate) fn pulls(stencils: &Stencils, viscosity: &[f64], velocities: &[DVec3], volume: f64) -> Vec<Pull> {
     let around = stencils.around;
+    let (turns, pairs) = couplings(stencils, viscosity, true);
     let of = |a: usize| -> Vec<Pull> {
-        let pull = |(n, block): (usize, DMat3)| {
+        let pull = |(n, pair): (&u32, &Pair)| {
+            let (n, at) = (*n as usize, around.positions[a]);
             let source = &around.sources[n];
+            let wall = source.wall?;
             let seen = source.turn * velocities[source.of] + source.carried;
-            let at = 0.5 * (around.positions[a] + around.positions[n]);
-            Some(Pull { wall: source.wall?, at, force: volume * (block * (velocities[a] - seen)) })
+            let block = turns[a].block(pair, around.positions[n] - at);
+            let at = 0.5 * (at + around.positions[n]);
+            Some(Pull { wall, at, force: volume * (block * (velocities[a] - seen)) })
         };
-        pairs(stencils, a, viscosity, true).filter_map(pull).collect()
+        stencils.near.of(a).iter().zip(&pairs[stencils.near.range(a)]).filter_map(pull).collect()
     };
     around.each(of).concat()
 }

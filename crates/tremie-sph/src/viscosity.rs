@@ -23,7 +23,7 @@ use tremie_cloud::{
 };
 use tremie_numerics::{DMat3, DVec3};
 
-const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-6, iterations: 2000 };
+const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 2e-7, iterations: 2000 };
 
 /// The share of a smoothing length that is added to distances where they divide (Wu 2016: eta = 0.01 h).
 const SOFT: f64 = 0.01;
