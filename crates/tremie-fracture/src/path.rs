@@ -10,6 +10,8 @@ use crate::sparse::Singular;
 /// Attempts at a step, and how often it is halved if they do not lead anywhere, or lose sight of energy.
 const ATTEMPTS: usize = 150;
 const HALVINGS: usize = 8;
+/// How near, over what is asked, the nearest attempt at the shortest step must be: a facet that has two ways to go on may take none for good.
+const NEARLY: f64 = 20.0;
 
 /// How exactly a test is followed.
 pub(crate) struct Care {
@@ -60,7 +62,7 @@ impl Path {
         let mut ahead = vec![opening];
         while let Some(next) = ahead.last().copied() {
             let finest = ahead.len() > HALVINGS;
-            match self.step(body, next)? {
+            match self.step(body, next, finest)? {
                 Some((reading, unknowns)) if finest || self.slip(&reading) <= body.care().slip => {
                     body.commit(&unknowns);
                     self.last = reading;
@@ -84,14 +86,20 @@ impl Path {
     }
 
     /// One step; nothing if it does not converge.
-    fn step(&self, body: &dyn Cracking, opening: f64) -> Result<Option<(Reading, Vec<f64>)>, TrialError> {
+    fn step(
+        &self,
+        body: &dyn Cracking,
+        opening: f64,
+        finest: bool,
+    ) -> Result<Option<(Reading, Vec<f64>)>, TrialError> {
         // As the unknowns went on before.
         let [(before, older), (now, newer)] = &self.steps;
         let ahead = if now > before { (opening - now) / (now - before) } else { 0.0 };
         let guess: Vec<f64> = newer.iter().zip(older).map(|(new, old)| new + ahead * (new - old)).collect();
         let mut secants = body.secants(&guess);
         let care = body.care();
-        let mut load = f64::INFINITY;
+        let (mut load, mut nearest) = (f64::INFINITY, None);
+        let mut least = NEARLY * care.secants;
         for attempt in 1..=ATTEMPTS {
             // Nothing bears any more: the beam is in two.
             let (mut unknowns, each) = body.respond(&secants).map_err(|_| TrialError::Lost { opening })?;
@@ -101,7 +109,8 @@ impl Path {
             let change = body.change(&secants, &next, &unknowns);
             let close = (found - load).abs() <= care.load * found.abs() && change <= care.secants;
             load = found;
-            if close {
+            let nearer = finest && change < least;
+            if close || nearer {
                 let [deflection, middle, matrix_loss, fibre_loss] = body.found(load, &unknowns, &secants);
                 let last = &self.last;
                 let reading = Reading {
@@ -115,7 +124,10 @@ impl Path {
                     fibre_loss,
                     attempts: attempt,
                 };
-                return Ok(Some((reading, unknowns)));
+                if close {
+                    return Ok(Some((reading, unknowns)));
+                }
+                (least, nearest) = (change, Some((reading, unknowns)));
             }
             // Many fibres that begin to debond take over from the matrix within a micrometre, and all at once: then by smaller steps.
             let pace = if attempt <= care.patience {
@@ -127,6 +139,6 @@ impl Path {
             };
             secants.iter_mut().zip(&next).for_each(|(secant, next)| *secant += pace * (next - *secant));
         }
-        Ok(None)
+        Ok(nearest)
     }
 }
