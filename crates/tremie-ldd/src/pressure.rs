@@ -20,8 +20,8 @@ use crate::Fluid;
 use crate::stencils::Stencils;
 
 const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-7, iterations: 500 };
-/// Places need not be as exact: what is left is taken back in the next step.
-const ROUGHLY: Settings = Settings { tolerance: 0.1, ..SETTINGS };
+/// Places need not be as exact.
+const ROUGHLY: Settings = Settings { tolerance: 1e-2, ..SETTINGS };
 
 /// The problem of Poisson over nodes.
 pub(crate) struct Poisson<'a> {

@@ -20,7 +20,7 @@
 //! eta is h/100 instead of h/10, which takes 4 % off nearest neighbours; the tensor of the strain rate is formed with corrected gradients. The viscous term stands for div(mu grad u): what varies of mu across the
 //! flow's own direction is not in it.
 //!
-//! Nor does the paper bring particles back to order, without which they run in rows along a channel until gaps open between them: here they are, as after a projection (module `particles`).
+//! Nor does the paper bring particles back to order, without which one ran away in a channel: here they are, as after a projection (module `particles`).
 
 use tremie_cloud::{
     Dimension, Failure, Gradients, Kernel, Matrix, Method, Multigrid, Neighbours, Settings, Smoothing,

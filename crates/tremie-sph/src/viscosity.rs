@@ -11,7 +11,7 @@
 //! nearest neighbours count too much. With `f ~ r^m (1 - r/R)^(9/2)`, R the kernel's support and m = 3 in a plane, 5/2 in space, and the factor that a lattice at rest then needs, it is 0.99 to 1.01 for
 //! both, and wherever the rows of a lattice are that slide along each other.
 //!
-//! A particle at the surface has half of the pairs of others, and would bear half of the stress along it: a block of 20 particles' width, pressed from above, was 12 % too soft. So pairs stand for more where
+//! A particle at the surface has half of the pairs of others, and would bear half of the stress along it. So pairs stand for more where
 //! some are missing, `S_ab = (S_a + S_b)/2` with S_a the sum of f r^2 of a lattice over that around a: then what a particle dissipates is that of its shear rate, and still no stress goes through the surface.
 //!
 //! Among disordered particles these forces are not zero where the shear rate is even, and what they set in motion makes the fluid too thin, by 1.2 % in Taylor's vortices. So where a particle has neighbours
@@ -27,7 +27,7 @@ const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 2e-7,
 
 /// The share of a smoothing length that is added to distances where they divide (Wu 2016: eta = 0.01 h).
 const SOFT: f64 = 0.01;
-/// What the pairs of a particle stand for at most, over those in the midst of a lattice: as many are left in a corner of right angles.
+/// What the pairs of a particle stand for at most, over those in the midst of a lattice: as many are left in a corner of right angles in a plane, or along such an edge in space.
 const CORNER: f64 = 4.0;
 
 /// Minus div(2 mu E) of particles in D dimensions, of which pieces move and turn in M ways.

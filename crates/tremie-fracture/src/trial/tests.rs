@@ -180,8 +180,8 @@ fn a_crack_anywhere_breaks_a_prism_at_its_strength_wherever_it_looks() {
     let readings = run(&mut trial, 0.35e-3);
     assert!((peak(&readings).stress / 2e6 - 1.0).abs() < 0.005, "{}", peak(&readings).stress);
     balanced(&readings);
-    // A crack of many facets is rough; over its projection it takes the fracture energy, and a little more. (Half as much again where facets along the way of the
-    // opening hold cells back.)
+    // A crack of many facets is rough; over its projection it takes the fracture energy, and a little more: two fifths more where facets along the way of the opening hold cells back.
+    // (Of three lattices this is one whose crack is single; where two overlap, as in that of seed 1, it takes 1.22.)
     let work = readings.last().unwrap().work / 1.25;
     assert!((0.99..1.1).contains(&work), "{work}");
     assert!(trial.crack().iter().all(|(corners, opening)| corners.len() == opening.len()));
