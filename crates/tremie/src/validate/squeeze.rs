@@ -348,6 +348,8 @@ pub(super) fn velocity(context: &Context) -> anyhow::Result<Vec<Check>> {
                 };
                 let heights = SHARES.map(|share| share * sample.height);
                 let (forces, off) = closing(&sample, &heights)?;
+                let forces: Vec<[f64; 2]> =
+                    forces.iter().map(|both| both.map(|force| force / (viscosity * speed))).collect();
                 let what =
                     format!("{method}, Re {reynolds}, Bingham number {bingham}, {over} over the height");
                 let rises = forces.is_sorted_by_key(|[upper, _]| *upper);
@@ -366,13 +368,7 @@ pub(super) fn velocity(context: &Context) -> anyhow::Result<Vec<Check>> {
                             .enumerate()
                     {
                         let name = format!("force over mu U on the {plate} plate at {height} H, {what}");
-                        let check = context.relative(
-                            "force",
-                            name,
-                            "",
-                            row[*column],
-                            found[n] / (viscosity * speed),
-                        )?;
+                        let check = context.relative("force", name, "", row[*column], found[n])?;
                         checks.push(finest(check, over == OVER_EVENLY[0]));
                     }
                 }
