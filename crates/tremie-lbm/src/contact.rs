@@ -36,15 +36,17 @@ use std::borrow::Cow;
 
 use tremie_numerics::{DMat3, DVec3};
 
+use crate::collision::{Held, moments};
 use crate::grid::Fill;
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, MIRROR, Q, W, opposite, vector};
 use crate::real::Real;
-use crate::relaxation::Law;
+use crate::relaxation::{Law, Relaxation};
 use crate::rows::SurfaceRow;
 use crate::slanted::{self, Sheared};
 use crate::solids::{Contact, Contacts};
 use crate::source::Source;
+use crate::sticking;
 use crate::together::{Own, Physics};
 use crate::topology::CELLS;
 
@@ -74,7 +76,8 @@ impl<T: Real> Source<'_, T> {
         }
     }
 
-    /// Lets the cells of a row meet the solids beside them, and adds the mass that these take from the liquid by their motion to `swept`.
+    /// Lets the cells of a row meet the solids beside them, and adds the mass that these take from the liquid by their motion to `swept`. `held` is what
+    /// the cells hold. Those that yield at the solids, and need not at flat walls any more.
     #[inline(never)]
     pub(crate) fn meet_solids<R: Law<T>>(
         &self,
@@ -84,10 +87,12 @@ impl<T: Real> Source<'_, T> {
         physics: &Physics<T, R>,
         own: &Own<'_, T, R>,
         fill: &Fill<T>,
+        held: Held<Lanes<T>>,
         f: &mut [Lanes<T>; Q],
         mass: &mut [f64; CELLS],
         swept: &mut f64,
-    ) {
+    ) -> u8 {
+        let mut yields = 0;
         let gravity = DVec3::from(physics.gravity.map(T::to_f64));
         for (k, touching) in contacts.iter().enumerate() {
             if touching[0].is_none() {
@@ -98,18 +103,17 @@ impl<T: Real> Source<'_, T> {
             let leaving: [f64; Q] = std::array::from_fn(|i| self.own[(i, cell)].to_f64());
             let density = 1.0 + leaving.iter().sum::<f64>();
             let (mut by_wall, mut slid, mut slides) = (0.0, 0.0, false);
+            let momentum: DVec3 = (1..Q).map(|i| vector(i) * leaving[i]).sum();
+            let filled = if interface { fill[(0, cell)].to_f64().clamp(0.0, 1.0) } else { 1.0 };
+            let push =
+                own.push.map_or(DVec3::ZERO, |push| DVec3::from([0, 1, 2].map(|a| push[k][a].to_f64())));
+            let velocity = momentum / density - 0.5 * (filled * gravity + push);
             for contact in touching.iter().flatten() {
                 let mut wall = contact.velocity;
                 let mut rubbed = None;
                 let friction = self.solids.friction(contact.solid).filter(|_| !contact.along_lattice());
                 if contact.slides || friction.is_some() {
                     slides = true;
-                    let momentum: DVec3 = (1..Q).map(|i| vector(i) * leaving[i]).sum();
-                    let fill = if interface { fill[(0, cell)].to_f64().clamp(0.0, 1.0) } else { 1.0 };
-                    let push = own
-                        .push
-                        .map_or(DVec3::ZERO, |push| DVec3::from([0, 1, 2].map(|a| push[k][a].to_f64())));
-                    let velocity = momentum / density - 0.5 * (fill * gravity + push);
                     let entering = contact.links().map(|i| (i, leaving[opposite(i)]));
                     // In an edge with another wall the fluid does not slide towards that.
                     let shut = |a: usize| (row.solid[2 * a + 1] | row.solid[2 * a + 2]) >> k & 1 == 1;
@@ -148,6 +152,24 @@ impl<T: Real> Source<'_, T> {
                     slid -= gained - by_motion;
                 }
             }
+            let sticks =
+                |contact: &&Contact| !contact.slides && self.solids.friction(contact.solid).is_none();
+            let off = |contact: &Contact| sticks(&contact) && sticking::off_half_way(contact);
+            if touching.iter().flatten().any(off) {
+                slides = true;
+                let sticking: Vec<&Contact> = touching.iter().flatten().filter(sticks).collect();
+                let alone = touching[1].is_none() && solid_links(row, k) == sticking[0].links().count();
+                let law = physics.law.cell(&own.law, k);
+                let shears = (alone && !law.is_newtonian()).then_some(&law);
+                yields |= u8::from(alone) << k;
+                let drive = physics.drive(own, k);
+                let moments = |f: &[f64; Q]| moments(&f.map(T::from_f64), held.of(k), drive);
+                let mut arrived = std::array::from_fn(|i| f[i].0[k].to_f64());
+                slid -= sticking::stick(&sticking, &leaving, velocity, moments, shears, &mut arrived);
+                for i in 1..Q {
+                    f[i].0[k] = T::from_f64(arrived[i]);
+                }
+            }
             if interface {
                 continue;
             }
@@ -160,6 +182,7 @@ impl<T: Real> Source<'_, T> {
                 }
             }
         }
+        yields
     }
 
     /// Where a link along which a flat wall mirrors the flow has its population from: the velocity from the cell beside, and
@@ -176,6 +199,11 @@ impl<T: Real> Source<'_, T> {
         let flat = set(row.immersed[out]) && !set(row.solid[axis]) && !set(row.missing[axis]);
         flat.then_some((axis, usize::from(MIRROR[1 << normal][i])))
     }
+}
+
+/// Velocities that come out of solids and sides into a cell of a row.
+fn solid_links(row: &SurfaceRow, k: usize) -> usize {
+    (1..Q).filter(|i| row.solid[*i] >> k & 1 == 1).count()
 }
 
 /// Velocity of a wall without friction beside fluid of the velocity `u`, which lets go of the fluid if there is air, and slides along the axes for

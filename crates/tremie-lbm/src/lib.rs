@@ -47,6 +47,7 @@ mod solids;
 mod source;
 mod spread;
 mod standing;
+mod sticking;
 mod store;
 mod stream;
 mod structure;

@@ -248,8 +248,10 @@ impl<'a, T: Real> Source<'a, T> {
             self.meet_walls(row, f);
         }
         let held = [held, least];
+        let mut yielded = 0;
         if row.any_immersed != 0 {
-            self.meet_solids(row, first, &contacts, physics, own, fill, f, mass, swept);
+            yielded =
+                self.meet_solids(row, first, &contacts, physics, own, fill, held.into(), f, mass, swept);
             self.pour(row, first, f, mass, &mut gain);
         }
         let wet = row.kinds.wet();
@@ -262,7 +264,7 @@ impl<'a, T: Real> Source<'a, T> {
         let asks = row.caged && row.any_solid != 0;
         let braked = asks.then(|| self.braked(first, held, physics.gravity, f)).flatten();
         let own = &own.or(&braked);
-        let mut slides = [slides; 6];
+        let mut slides = [slides | yielded; 6];
         if self.rubs {
             slide_at_walls(self, row, &contacts, physics, own, held.into(), f, &mut slides);
         }

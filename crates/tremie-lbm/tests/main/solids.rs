@@ -65,6 +65,42 @@ fn a_plate_that_moves_drags_as_a_side_that_moves() {
 }
 
 #[test]
+fn fluid_sticks_to_plates_that_lie_anywhere_between_cells() {
+    // Flow under a body force between plates at z0 and z1; of Bingham fluid, too, which yields up to the distance y_p from them.
+    let (density, gravity, viscosity) = (1000.0, 1e-3, 1.0);
+    for (z0, z1) in [(0.0205, 0.1297), (0.0233, 0.1216), (0.0241, 0.1249), (0.0281, 0.1301)] {
+        for yield_stress in [0.0, 0.02] {
+            let text = format!(
+                "[material]\ndensity = \"{density} kg/m3\"\n\
+                 bingham = {{ yield_stress = \"{yield_stress} Pa\", plastic_viscosity = \"{viscosity} Pa s\" }}\n\
+                 [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"10 mm\", \"10 mm\", \"150 mm\"]\n\
+                 gravity = [\"{gravity} m/s2\", \"0 m/s2\", \"0 m/s2\"]\n\
+                 sides = {{ x_min = \"periodic\", x_max = \"periodic\", y_min = \"periodic\", y_max = \"periodic\" }}\n\
+                 [[fluid]]\nbox = {{ min = [\"-1 m\", \"-1 m\", \"-1 m\"], max = [\"1 m\", \"1 m\", \"1 m\"] }}\n\
+                 [[solid]]\nbox = {{ min = [\"-1 m\", \"-1 m\", \"-1 m\"], max = [\"1 m\", \"1 m\", \"{z0} m\"] }}\n\
+                 [[solid]]\nbox = {{ min = [\"-1 m\", \"-1 m\", \"{z1} m\"], max = [\"1 m\", \"1 m\", \"1 m\"] }}\n\
+                 [lbm]\ncell_size = \"10 mm\"\nprecision = \"f64\"\ntime_step = \"16 ms\"\n"
+            );
+            let flow = cells(&*advanced(&case(&text), 4000));
+            let driving = density * gravity;
+            let yielded = 0.5 * (z1 - z0) - yield_stress / driving;
+            let speed = |y: f64| driving / viscosity * (yielded * y - 0.5 * y * y);
+            for k in (0..15).filter(|k| flow.fill[flow.index(0, 0, *k)] > 0.0) {
+                let z = 0.01 * (k as f64 + 0.5);
+                let exact = speed((z - z0).min(z1 - z).min(yielded));
+                let found = flow.velocity[flow.index(0, 0, k)].x;
+                // Between a wall and a cell the flow counts as linear: at the distance d the cell lacks d (2 d - 1)/4, in cells, of the parabola.
+                let parabola = 0.26 * driving / viscosity * 1e-4;
+                assert!(
+                    (found - exact).abs() < parabola,
+                    "{z0} to {z1}, {yield_stress} Pa, {z}: {found} {exact}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
 fn drag_on_a_sphere_in_a_cubic_array() {
     // Sangani and Acrivos 1982, Eq. 46 and Table 1 (after Hasimoto 1959): F = 6 pi mu a U K with the mean velocity U.
     let (n, diameter) = (24.0, 12.0);
