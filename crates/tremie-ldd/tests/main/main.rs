@@ -100,6 +100,9 @@ fn vortices_die_away_as_they_should() {
     let exact = 4.0 * TAU * TAU / 100.0;
     let off = [16, 32].map(|edge| (decay(edge, water(10.0), STEPPING, 1.0) / exact - 1.0).abs());
     assert!(off[0] < 0.01 && off[1] < 0.01, "{off:?}");
+    // In steps as long as nodes may take the rate is right by the second order: stress of the new velocities alone made it 0.4 % too small.
+    let long = decay(32, water(10.0), Stepping { longest: 1.0, ..STEPPING }, 1.0) / exact - 1.0;
+    assert!(long.abs() < 0.002, "{long}");
     // By the rule of the paper for places a vortex loses energy, less in shorter steps.
     let paper = Stepping { coupling: Coupling::PressureFirst, ..STEPPING };
     let off = [0.01, 0.0025]
