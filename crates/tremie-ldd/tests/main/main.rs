@@ -110,6 +110,17 @@ fn vortices_die_away_as_they_should() {
     assert!(off[0] > 0.04 && off[1] > 0.0 && off[1] < 0.4 * off[0], "{off:?}");
 }
 
+/// Fluid at rest under a lid that moves along itself: no node may be carried past others by more than a step allows in the first step either.
+#[test]
+fn steps_are_short_enough_for_walls_that_slide() {
+    let (spacing, stepping) = (0.01, Stepping { longest: 1.0, ..STEPPING });
+    let lid = Wall { sliding: DVec3::X, ..wall(DVec3::splat(0.2), DVec3::NEG_Z) };
+    let space = Space { walls: vec![lid], ..Space::free(Dimension::Two, spacing) };
+    let still = Fluid { gravity: DVec3::ZERO, ..water(10.0) };
+    let nodes = Nodes::new(vec![DVec3::splat(0.1)], space, still, stepping);
+    assert_eq!(nodes.time_step(), stepping.courant * spacing);
+}
+
 #[test]
 fn disordered_fluid_at_rest_stays_at_rest() {
     for (dimension, coupling) in [
