@@ -4,10 +4,10 @@
 //! (`tremie_cloud::Gradients`). A step of dt takes u, p of nodes at x to u', p' there, and the nodes on:
 //!
 //! ```text
-//!     rho (u* - u)/dt = -grad p + rho g + div(2 mu E*)                     (module `viscosity`)
+//!     rho (u* - u)/dt = -grad p + rho g + div(2 mu E),   E between u and u*, of stiff fluid that of u*      (module `viscosity`)
 //!     lap p' = div(rho u*/dt + grad p),   p' = 0 at the surface, n . grad p' = rho n . g at walls      (module `pressure`)
 //!     u' = u* - dt/rho grad (p' - p)
-//!     x' = x + dt (3/2 u' - 1/2 u), and what keeps nodes apart and as dense as they were (`tremie_cloud::reorder`, `crowding`)
+//!     x' = x + dt u', and what keeps nodes apart and as dense as they were (`tremie_cloud::reorder`, `crowding`)
 //! ```
 //!
 //! The paper finds the pressure first, by `lap p' = rho/dt div u`, and then u' with it (`Coupling::PressureFirst`). What the new velocities are not free of divergence by is taken up in the next

@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 use tremie_cloud::{
-    Dimension, Failure, Follower, Gradients, Source, Space, Surroundings, along_curve, reorder,
+    Dimension, Failure, Follower, Gradients, Source, Space, Surroundings, Wall, along_curve, reorder,
 };
 use tremie_numerics::DVec3;
 use tremie_rheology::FlowCurve;
@@ -144,7 +144,8 @@ impl Nodes {
 
     /// Largest step in s for the speeds at present, of fluid and walls.
     pub fn time_step(&self) -> f64 {
-        let walls = self.space.walls.iter().map(|wall| wall.motion.largest_speed(self.time));
+        let moves = |wall: &Wall| wall.motion.largest_speed(self.time) + wall.sliding.length();
+        let walls = self.space.walls.iter().map(moves);
         let fastest = self.velocities.iter().map(|u| u.length()).chain(walls).fold(0.0, f64::max);
         longest_step(self.space.spacing, fastest, &self.stepping, self.fluid.gravity)
     }

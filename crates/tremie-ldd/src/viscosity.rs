@@ -10,6 +10,9 @@
 //!
 //! By those weights the last term resists what the first does, too, or nothing: with others, between a stiff and a soft neighbour at the surface, it could drive the node.
 //!
+//! Velocities are those half-way between places, and forces those at the places, so that half of the stress should be that of the old velocities u^n: all of it by the new ones is wrong by the first order in
+//! the step. As much of it is as leaves what it makes of the old ones a mean of them: a half of it up to a viscosity of rho/(dt sum c), and hardly any where fluid is stiff. The paper takes none.
+//!
 //! At the surface c is as in the lattice, and the sum over c x_ij points into the fluid: what is missing on the other side is the stress that is not there.
 
 use rayon::prelude::*;
@@ -25,6 +28,9 @@ const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-5,
 const MILD: f64 = 50.0;
 /// Couplings below this share of the largest of their node are left out of the preconditioner.
 const WEAK: f64 = 0.2;
+
+/// Largest share of the stress that is of the old velocities.
+const OLD: f64 = 0.5;
 
 /// Along a line; never here.
 const AXES: [&[usize]; 4] = [&[], &[2], &[0, 2], &[0, 1, 2]];
@@ -101,8 +107,9 @@ pub(crate) struct System<'a, const D: usize, const M: usize> {
     carried: Vec<[f64; D]>,
     /// Whether cells of nodes move as one.
     multigrid: Option<Multigrid<D, M>>,
-    /// Density over the step.
-    rate: f64,
+    /// Share of the stress that is of the new velocities, and density over the step and that.
+    shares: Vec<f64>,
+    rates: Vec<f64>,
 }
 
 fn entries<const D: usize>(block: DMat3) -> Block<D> {
@@ -110,19 +117,25 @@ fn entries<const D: usize>(block: DMat3) -> Block<D> {
 }
 
 impl<'a, const D: usize, const M: usize> System<'a, D, M> {
-    /// For apparent viscosities in Pa s of nodes and a density over the step in kg/(m3 s); without what `turns` the stress with its gradient if so asked.
-    pub(crate) fn new(stencils: &'a Stencils<'a>, viscosity: &[f64], turns: bool, rate: f64) -> Self {
+    /// For apparent viscosities in Pa s of nodes and a density over the step in kg/(m3 s); as in the paper without the stress that is `turning` with its gradient, and all by new velocities.
+    pub(crate) fn new(stencils: &'a Stencils<'a>, viscosity: &[f64], turning: bool, rate: f64) -> Self {
         let around = stencils.around;
-        let (turns, pairs) = couplings(stencils, viscosity, turns);
+        let (turns, pairs) = couplings(stencils, viscosity, turning);
         let at = &around.positions;
         let others = |a: usize| {
             let range = stencils.near.range(a);
             let near = stencils.near.of(a).iter().map(|n| *n as usize).zip(&pairs[range]);
             near.map(move |(n, pair)| (at[n] - at[a], pair, around.image(n), around.of(n)))
         };
+        let share = |a: usize| {
+            let stiff: f64 = others(a).map(|(_, pair, ..)| pair.stiff.abs()).sum();
+            if turning { 1.0 - (rate / stiff).min(OLD) } else { 1.0 }
+        };
+        let shares = around.each(share);
+        let rates: Vec<f64> = shares.iter().map(|share| rate / share).collect();
         let own = |a: usize| {
             let (mut own, mut sum, mut carried) = (DMat3::ZERO, DVec3::ZERO, DVec3::ZERO);
-            let mut stiff = rate;
+            let mut stiff = rates[a];
             for (x, pair, image, of) in others(a) {
                 stiff += pair.stiff;
                 sum += pair.turning * x;
@@ -143,7 +156,7 @@ impl<'a, const D: usize, const M: usize> System<'a, D, M> {
         let multigrid = (largest > MILD * rate * around.spacing * around.spacing).then(|| {
             let row = |a: usize, row: &mut Vec<(u32, Block<D>)>| {
                 let most = others(a).map(|(_, pair, ..)| pair.stiff.abs()).fold(0.0, f64::max);
-                let mut own = DMat3::from_diagonal(DVec3::splat(rate));
+                let mut own = DMat3::from_diagonal(DVec3::splat(rates[a]));
                 for (x, pair, image, of) in others(a) {
                     let weak = pair.stiff.abs() < WEAK * most;
                     if weak && image.is_none() {
@@ -165,7 +178,7 @@ impl<'a, const D: usize, const M: usize> System<'a, D, M> {
         });
         let places = at.iter().map(|at| flat(*at)).collect();
         let turns = turns.iter().map(|turn| (entries(turn.inverse), flat(turn.slope))).collect();
-        Self { stencils, places, turns, pairs, diagonal, carried, multigrid, rate }
+        Self { stencils, places, turns, pairs, diagonal, carried, multigrid, shares, rates }
     }
 
     /// Brings velocities in m/s to the end of the step under forces in N/m3; gives the iterations that it took.
@@ -175,10 +188,17 @@ impl<'a, const D: usize, const M: usize> System<'a, D, M> {
         velocities: &mut [DVec3],
         start: &[DVec3],
     ) -> Result<usize, Failure> {
-        let pushed = forces.iter().zip(start).map(|(force, u)| flat::<D>(self.rate * *u + *force));
-        let right = pushed
-            .zip(&self.carried)
-            .flat_map(|(pushed, carried)| std::array::from_fn::<f64, D, _>(|k| pushed[k] + carried[k]));
+        let old: Vec<[f64; D]> = start.iter().map(|u| flat(*u)).collect();
+        let mut kept = vec![[0.0; D]; old.len()];
+        self.times(old.as_flattened(), kept.as_flattened_mut());
+        let right = (0..old.len()).flat_map(|a| {
+            let (force, carried, share, rate) =
+                (flat::<D>(forces[a]), &self.carried[a], self.shares[a], self.rates[a]);
+            let (old, kept) = (&old[a], &kept[a]);
+            std::array::from_fn::<f64, D, _>(|k| {
+                (rate * old[k] + force[k] + carried[k] - (1.0 - share) * kept[k]) / share
+            })
+        });
         let right: Vec<f64> = right.collect();
         let mut new: Vec<f64> = velocities.iter().flat_map(|u| flat::<D>(*u)).collect();
         let solved = solve(self, self.multigrid.as_ref(), &right, &mut new, &SETTINGS)?;
@@ -198,7 +218,7 @@ impl<const D: usize, const M: usize> Operator for System<'_, D, M> {
             own.iter().copied().chain(around.sources[around.number..].iter().map(mirrored)).collect();
         let row = |a: usize, to: &mut [f64; D]| {
             let (u, at, (inverse, slope)) = (&seen[a], &self.places[a], &self.turns[a]);
-            let (mut sum, mut turned) = (u.map(|u| self.rate * u), [0.0; D]);
+            let (mut sum, mut turned) = (u.map(|u| self.rates[a] * u), [0.0; D]);
             for (n, pair) in self.stencils.near.of(a).iter().zip(&self.pairs[self.stencils.near.range(a)]) {
                 let (other, place) = (&seen[*n as usize], &self.places[*n as usize]);
                 let past: [f64; D] = std::array::from_fn(|k| u[k] - other[k]);
