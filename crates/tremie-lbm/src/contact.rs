@@ -7,7 +7,7 @@
 //!     f_i = f_opposite + 6 w_i rho c_i . v
 //! ```
 //!
-//! Where the fluid sticks, v is the solid's velocity u_s. Where it slides, v keeps the solid's velocity along the true normal n of the surface, and
+//! Where the fluid sticks, v is the solid's velocity u_s, and what the surface's place between the cells asks for comes on top (module `sticking`). Where it slides, v keeps the solid's velocity along the true normal n of the surface, and
 //! takes that along it for which the wall bears no shear: each cell's links bear what a pressure p would, with the part of the populations left out
 //! by which the flow carries itself along,
 //!
