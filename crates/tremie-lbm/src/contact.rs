@@ -27,7 +27,7 @@
 //! a gap is left there (`sweep`). (A mould that pulled would tear a slump cone apart: lifted at 1 m/s, by 15 kPa.)
 //!
 //! The mass that goes into steps and what comes out of them agree over a stretch of the wall, but not in every cell. So each
-//! liquid cell at a sliding wall has a store, which gets what the wall takes from the cell by sliding, exchanges with the stores beside
+//! liquid cell at a solid has a store, which gets what the solid takes from the cell by sliding or by its place, exchanges with the stores beside
 //! it, and is slowly put back into the cell: no mass is lost. What a wall takes by its own motion is another matter (`sweep`).
 //!
 //! In an edge or a corner, where a cell is in contact with several surfaces, all this is done for each of them with the links that come out of it.

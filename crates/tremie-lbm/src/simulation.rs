@@ -529,7 +529,7 @@ impl<T: Real> Simulation for LatticeBoltzmann<T> {
 
     fn advance(&mut self) -> Result<(), Breakdown> {
         let change = self.change_of_step();
-        if self.grid.solids.any_slide() {
+        if self.grid.solids.any() {
             self.grid.even_stores(&self.rows);
         }
         self.carry_bodies();

@@ -373,11 +373,6 @@ impl Solids {
         self.bodies.iter().any(|body| body.friction.is_some())
     }
 
-    /// Whether the fluid slides along any.
-    pub(crate) fn any_slide(&self) -> bool {
-        self.bodies.iter().any(|body| body.solid.surface != Surface::NoSlip)
-    }
-
     /// For each solid that meets a domain of so many cells, the first cells and the ends of the box around it.
     pub(crate) fn extents(&self, cells: [usize; 3]) -> Vec<[[usize; 3]; 2]> {
         let boxed = |body: &Placed| {

@@ -1,4 +1,4 @@
-//! The stores of liquid cells at sliding walls (module `contact`): what a wall that slides has taken from a cell and owes it.
+//! The stores of liquid cells at solids (module `contact`): what a solid has taken from a cell, other than by its motion, and owes it.
 //!
 //! On a staircase the debts of some cells are the credits of others a few cells on. Stores beside each other even out, which meets
 //! both; what is left over is put back into the cells so slowly ([`crate::contact`]) that it does not see the steps. A cell that
@@ -44,7 +44,12 @@ impl<T: Real> Grid<T> {
                 })
                 .collect()
         };
-        let slots: Vec<usize> = (0..walls.len()).filter(|slot| walls[*slot] != [0; ROWS]).collect();
+        let holds: Vec<bool> = (0..walls.len())
+            .map(|slot| (0..CELLS).any(|n| at_wall(slot, n) && mass[slot][n] != 0.0))
+            .collect();
+        let near = |slot: &usize| links[*slot].slots.iter().any(|beside| holds[*beside as usize]);
+        let slots: Vec<usize> =
+            (0..walls.len()).filter(|slot| walls[*slot] != [0; ROWS]).filter(near).collect();
         let changes: Vec<Vec<(usize, f64)>> = slots.par_iter().map(|slot| change(*slot)).collect();
         for (slot, changes) in slots.into_iter().zip(changes) {
             for (cell, change) in changes {
