@@ -152,12 +152,10 @@ impl<T: Real> Source<'_, T> {
                     slid -= gained - by_motion;
                 }
             }
-            let sticks =
-                |contact: &&Contact| !contact.slides && self.solids.friction(contact.solid).is_none();
-            let off = |contact: &Contact| sticks(&contact) && sticking::off_half_way(contact);
-            if touching.iter().flatten().any(off) {
+            if touching.iter().flatten().any(|contact| contact.held) {
                 slides = true;
-                let sticking: Vec<&Contact> = touching.iter().flatten().filter(sticks).collect();
+                let sticking: Vec<&Contact> =
+                    touching.iter().flatten().filter(|contact| contact.held).collect();
                 let alone = touching[1].is_none() && solid_links(row, k) == sticking[0].links().count();
                 let law = physics.law.cell(&own.law, k);
                 let shears = (alone && !law.is_newtonian()).then_some(&law);

@@ -55,11 +55,6 @@ pub(crate) struct Sliding {
     least: f64,
 }
 
-/// r, for a link along `c`.
-fn place(contact: &Contact, c: DVec3) -> f64 {
-    1.0 - 0.5 * c.dot(contact.normal) / contact.distance
-}
-
 impl Sheared<'_> {
     /// The stresses in which rigid fluid stands at the surface: what the last collision left, but for the shear along the surface.
     fn standing<T: Real, R: Relaxation<T>>(&self, normal: DVec3, law: &R) -> DMat3 {
@@ -103,7 +98,7 @@ pub(crate) fn sliding<T: Real, R: Relaxation<T>>(
         for i in contact.links() {
             let c = vector(i);
             let weight = 6.0 * W[i] * fluid.density;
-            let r = place(contact, c).max(found.least);
+            let r = contact.place(c).max(found.least);
             let at_rest = W[i] * (fluid.density - 1.0 + 4.5 * c.dot(stands * c))
                 + W[i] * fluid.density * (4.5 * c.dot(u).powi(2) - 1.5 * u.length_squared());
             let borne = 2.0 * (fluid.leaving[opposite(i)] - at_rest);
@@ -141,6 +136,6 @@ pub(crate) fn sliding<T: Real, R: Relaxation<T>>(
 impl Sliding {
     /// Velocity of the wall of the link along `c`.
     pub(crate) fn of_link(&self, contact: &Contact, c: DVec3) -> DVec3 {
-        self.wall + self.beyond * place(contact, c).max(self.least)
+        self.wall + self.beyond * contact.place(c).max(self.least)
     }
 }

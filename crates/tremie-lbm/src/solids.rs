@@ -14,6 +14,7 @@ use crate::inlet::{THICKNESS, plate};
 use crate::lanes::LANES;
 use crate::lattice::{Q, vector};
 use crate::scaling::Scaling;
+use crate::sticking;
 use crate::topology::{Links, ROWS};
 
 /// Share of the time for which a row surely stays as it is that is made use of: keeps rounding out.
@@ -76,6 +77,8 @@ pub(crate) struct Contact {
     pub(crate) distance: f64,
     /// Whether the fluid slides along it.
     pub(crate) slides: bool,
+    /// Whether the fluid sticks to it, and not all its links end there (module `sticking`).
+    pub(crate) held: bool,
 }
 
 /// Cosine of the angle up to which a surface counts as along the lattice.
@@ -95,6 +98,11 @@ impl Contact {
     /// Velocities that come out of the surface.
     pub(crate) fn links(&self) -> impl Iterator<Item = usize> {
         (1..Q).filter(|i| self.has(*i))
+    }
+
+    /// Where the link along `c` ends, half-way to the cell that the solid covers: the distance of that place from the surface, over that of the cell.
+    pub(crate) fn place(&self, c: DVec3) -> f64 {
+        1.0 - 0.5 * c.dot(self.normal) / self.distance
     }
 
     /// Whether the surface mirrors the flow along the velocity `i`.
@@ -277,6 +285,7 @@ impl Solids {
             normal,
             distance: distance / self.size - from.dot(normal),
             slides: body.solid.surface == Surface::FreeSlip,
+            held: false,
         })
     }
 
@@ -312,6 +321,10 @@ impl Solids {
                 let goes_on = beside.is_some_and(|wall| wall.mirrors() && wall.normal.dot(n) > ALONG);
                 contact.mirrored |= u32::from(goes_on) << i;
             }
+        }
+        for contact in found.iter_mut().flatten() {
+            let sticks = !contact.slides && self.bodies[contact.solid].friction.is_none();
+            contact.held = sticks && sticking::off_half_way(contact);
         }
         found
     }

@@ -43,8 +43,8 @@ use crate::wall::root;
 
 /// Largest r: a link is as long as it is.
 const SHORT: f64 = 0.5;
-/// Least distance of a cell's centre from a surface that it touches.
-const NEAREST: f64 = 1e-3;
+/// Largest -r, by which a cell goes with the surface all but entirely.
+const BEHIND: f64 = 500.0;
 /// Least r that is of account.
 const HALF_WAY: f64 = 1e-9;
 /// Least area of the links of a cell that tells the stress, in faces of a cell.
@@ -58,7 +58,7 @@ fn share(contact: &Contact, c: DVec3) -> f64 {
     if contact.distance < 0.0 {
         return 0.0;
     }
-    (1.0 - 0.5 * c.dot(contact.normal) / contact.distance.max(NEAREST)).min(SHORT)
+    contact.place(c).clamp(-BEHIND, SHORT)
 }
 
 /// Whether the links of a surface end anywhere but half-way.
@@ -191,13 +191,12 @@ fn shear<T: Real, R: Relaxation<T>>(
     for i in contact.links() {
         brought[i] = 6.0 * W[i] * density * vector(i).dot(n) * vector(i).dot(t);
     }
-    let push: DVec3 = contact.links().map(|i| vector(i) * brought[i]).sum::<DVec3>() / density;
-    drag(contact, density, hold.inverse * push, |share| share < 0.0, &mut brought);
-    let sum = |of: fn(&Contact, DVec3, DVec3) -> DVec3| -> DVec3 {
-        contact.links().map(|i| of(contact, vector(i), t) * brought[i]).sum()
-    };
-    let eased = (area * sum(|contact, c, _| along(contact, c))).dot(t).max(LEAST_RESPONSE);
-    let relieved = sum(|contact, c, t| t * (c.dot(contact.normal) * c.dot(t))).dot(t).max(LEAST_RESPONSE);
+    let push: DVec3 = contact.links().map(|i| vector(i) * brought[i]).sum();
+    drag(contact, density, hold.inverse * (push / density), |share| share < 0.0, &mut brought);
+    let lost: DVec3 = contact.links().map(|i| vector(i) * brought[i]).sum();
+    let eased = (area * along(contact, lost)).dot(t).max(LEAST_RESPONSE);
+    let relieved = |i: usize| brought[i] * vector(i).dot(n) * vector(i).dot(t);
+    let relieved = contact.links().map(relieved).sum::<f64>().max(LEAST_RESPONSE);
     let (still, on_wall) = (still.dot(t), on.dot(t));
     let fill = m.fill.to_f64().max(LEAST_RESISTANCE);
     let state = |v: f64| {
