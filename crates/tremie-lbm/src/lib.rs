@@ -68,5 +68,5 @@ pub use plan::Plan;
 pub use real::{Number, Real};
 pub use relaxation::{Bingham, Relaxation};
 pub use scaling::{Flow, Limits, Scaling, time_step};
-pub use simulation::{LatticeBoltzmann, simulation, simulation_with};
+pub use simulation::{LatticeBoltzmann, lattice_boltzmann, simulation, simulation_with};
 pub use tabulated::Tabulated;

@@ -67,14 +67,39 @@ pub fn simulation(case: &Case) -> Box<dyn Simulation> {
 
 /// The same with these bodies in it. (The schemes of the textbooks carry none.)
 pub fn simulation_with(case: &Case, suspension: Option<Suspension>) -> Box<dyn Simulation> {
+    with(case, suspension)
+}
+
+/// A lattice Boltzmann simulation that tells what it has of every kilogram.
+pub trait LatticeBoltzmann: Simulation {
+    /// Mass of the fluid in kg.
+    fn mass(&self) -> f64;
+
+    /// Mass in kg that has come in, that has left, and that was added so that the fluid keeps its volume, since the start.
+    fn passed(&self) -> [f64; 3];
+
+    /// Mass in kg of each batch that is followed.
+    fn batches(&self) -> Vec<f64>;
+
+    /// Mass in kg of each of them that has left.
+    fn batches_out(&self) -> Vec<f64>;
+}
+
+/// The fluid of the case at time zero, in its precision, without bodies.
+pub fn lattice_boltzmann(case: &Case) -> Box<dyn LatticeBoltzmann> {
+    with(case, None)
+}
+
+/// The one place where the kernels are made for each precision: whoever uses this crate need not compile them again.
+fn with(case: &Case, suspension: Option<Suspension>) -> Box<dyn LatticeBoltzmann> {
     match settings(case).precision {
-        Precision::F32 => Box::new(LatticeBoltzmann::<f32>::with(case, suspension)),
-        Precision::F64 => Box::new(LatticeBoltzmann::<f64>::with(case, suspension)),
+        Precision::F32 => Box::new(FreeSurface::<f32>::new(case, suspension)),
+        Precision::F64 => Box::new(FreeSurface::<f64>::new(case, suspension)),
     }
 }
 
 /// Free-surface lattice Boltzmann.
-pub struct LatticeBoltzmann<T: Real> {
+pub(crate) struct FreeSurface<T: Real> {
     pub(crate) case: Case,
     pub(crate) scaling: Scaling,
     pub(crate) fluid: Fluid<T>,
@@ -145,14 +170,9 @@ fn fluid<T: Real>(case: &Case, scaling: &Scaling) -> Fluid<T> {
     Fluid::new(&case.material, case.domain.gravity.to_array(), scaling)
 }
 
-impl<T: Real> LatticeBoltzmann<T> {
-    /// The case at time zero.
-    pub fn new(case: &Case) -> Self {
-        Self::with(case, None)
-    }
-
-    /// The same with bodies in it.
-    fn with(case: &Case, mut suspension: Option<Suspension>) -> Self {
+impl<T: Real> FreeSurface<T> {
+    /// The case at time zero, with bodies in it.
+    fn new(case: &Case, mut suspension: Option<Suspension>) -> Self {
         let passage = suspension.as_mut().map(|suspension| Passage::new(case, &mut suspension.inclusions));
         let scaling = Plan::new(case).scaling;
         let immersed = suspension.is_some();
@@ -320,29 +340,6 @@ impl<T: Real> LatticeBoltzmann<T> {
             });
         }
         fastest
-    }
-
-    /// Mass in kg that has come in, that has left, and that was added so that the fluid keeps its volume, since the start.
-    pub fn passed(&self) -> [f64; 3] {
-        let unit = self.scaling.density * self.scaling.cell_size.powi(3);
-        [self.ledger.poured, self.ledger.drained.mass, self.ledger.pressed].map(|mass| mass * unit)
-    }
-
-    /// Mass in kg of each batch that is followed.
-    pub fn batches(&self) -> Vec<f64> {
-        let unit = self.scaling.density * self.scaling.cell_size.powi(3);
-        (0..self.case.batches().len()).map(|batch| self.grid.carried_amount(batch) * unit).collect()
-    }
-
-    /// Mass in kg of each of them that has left.
-    pub fn batches_out(&self) -> Vec<f64> {
-        let unit = self.scaling.density * self.scaling.cell_size.powi(3);
-        self.ledger.drained_of.iter().map(|out| out.mass * unit).collect()
-    }
-
-    /// Mass of the fluid in kg, to see how well it is kept.
-    pub fn mass(&self) -> f64 {
-        self.lattice_mass() * self.scaling.density * self.scaling.cell_size.powi(3)
     }
 
     /// Mass in cells, with what is on its way.
@@ -518,7 +515,28 @@ impl<T: Real> LatticeBoltzmann<T> {
     }
 }
 
-impl<T: Real> Simulation for LatticeBoltzmann<T> {
+impl<T: Real> LatticeBoltzmann for FreeSurface<T> {
+    fn mass(&self) -> f64 {
+        self.lattice_mass() * self.scaling.density * self.scaling.cell_size.powi(3)
+    }
+
+    fn passed(&self) -> [f64; 3] {
+        let unit = self.scaling.density * self.scaling.cell_size.powi(3);
+        [self.ledger.poured, self.ledger.drained.mass, self.ledger.pressed].map(|mass| mass * unit)
+    }
+
+    fn batches(&self) -> Vec<f64> {
+        let unit = self.scaling.density * self.scaling.cell_size.powi(3);
+        (0..self.case.batches().len()).map(|batch| self.grid.carried_amount(batch) * unit).collect()
+    }
+
+    fn batches_out(&self) -> Vec<f64> {
+        let unit = self.scaling.density * self.scaling.cell_size.powi(3);
+        self.ledger.drained_of.iter().map(|out| out.mass * unit).collect()
+    }
+}
+
+impl<T: Real> Simulation for FreeSurface<T> {
     fn time(&self) -> f64 {
         self.time
     }

@@ -9,10 +9,10 @@ use tremie_simulation::{Cells, Fluid, Lying, Simulation, Snapshot, SolidLoad, Wa
 
 use crate::loads::{Face, Loads};
 use crate::real::Real;
-use crate::simulation::LatticeBoltzmann;
+use crate::simulation::FreeSurface;
 use crate::topology::{CELLS, EDGE};
 
-impl<T: Real> LatticeBoltzmann<T> {
+impl<T: Real> FreeSurface<T> {
     pub(crate) fn take_snapshot(&self) -> Snapshot {
         let (low, count) = self.wet_box();
         let total = count.iter().product();

@@ -1,7 +1,7 @@
 //! Batches that are followed through the flow.
 
-use tremie_lbm::LatticeBoltzmann;
-use tremie_simulation::{Cells, Simulation};
+use tremie_lbm::lattice_boltzmann;
+use tremie_simulation::Cells;
 
 use crate::{advance, advanced, case, cells};
 
@@ -26,15 +26,15 @@ fn unaccounted(cells: &Cells) -> f64 {
 #[test]
 fn each_batch_keeps_its_mass_and_its_bounds() {
     let case = case(&dam("f64", "right"));
-    let mut simulation = LatticeBoltzmann::<f64>::new(&case);
+    let mut simulation = lattice_boltzmann(&case);
     let start = simulation.batches();
     assert!((start[0] / start[1] - 40.0 / 43.0).abs() < 0.01, "{start:?}");
     for _ in 0..10 {
-        advance(&mut simulation, 300);
+        advance(&mut *simulation, 300);
         for (now, then) in simulation.batches().iter().zip(&start) {
             assert!((now / then - 1.0).abs() < 1e-9, "{now} {then}");
         }
-        let cells = cells(&simulation);
+        let cells = cells(&*simulation);
         for (_, shares) in &cells.batches {
             assert!(shares.iter().all(|share| (0.0..=1.0).contains(share)));
         }
@@ -42,7 +42,7 @@ fn each_batch_keeps_its_mass_and_its_bounds() {
         assert!(unaccounted(&cells) < 1e-6, "{}", unaccounted(&cells));
     }
     // The right half has gone on before the left.
-    let cells = cells(&simulation);
+    let cells = cells(&*simulation);
     let right = |i: usize| cells.batches[1].1[cells.index(i, 3, 0)];
     assert!(right(19) > 0.9 && right(0) < 0.1, "{} {}", right(19), right(0));
 }
@@ -130,15 +130,15 @@ fn one_batch_after_the_other_through_the_same_hose() {
         hose("start = \"0.4 s\"\nvolume = \"0.1 l\"", "second"),
     );
     let case = case(&text);
-    let mut simulation = LatticeBoltzmann::<f64>::new(&case);
+    let mut simulation = lattice_boltzmann(&case);
     while simulation.time() < 0.9 {
-        advance(&mut simulation, 10);
+        advance(&mut *simulation, 10);
     }
     let mass = simulation.batches();
     for (mass, litres) in mass.iter().zip([0.2, 0.1]) {
         assert!((mass / (2.3 * litres) - 1.0).abs() < 0.01, "{mass} {litres}");
     }
-    assert!(unaccounted(&cells(&simulation)) < 1e-6, "{}", unaccounted(&cells(&simulation)));
+    assert!(unaccounted(&cells(&*simulation)) < 1e-6, "{}", unaccounted(&cells(&*simulation)));
 }
 
 #[test]
@@ -157,10 +157,10 @@ fn what_leaves_is_told_by_batch() {
         hose("first", "stop = \"0.9 s\""),
         hose("second", "start = \"0.9 s\"")
     ));
-    let mut simulation = LatticeBoltzmann::<f64>::new(&case);
+    let mut simulation = lattice_boltzmann(&case);
     let mut out = [0.0; 2];
     while simulation.time() < 4.0 {
-        advance(&mut simulation, 200);
+        advance(&mut *simulation, 200);
         let snapshot = simulation.snapshot();
         let [first, second] = snapshot.batches_out[..] else { panic!("{:?}", snapshot.batches_out) };
         let all = snapshot.outflow.unwrap();

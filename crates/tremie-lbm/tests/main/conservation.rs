@@ -1,7 +1,6 @@
 //! What goes in stays in.
 
-use tremie_lbm::LatticeBoltzmann;
-use tremie_simulation::Simulation;
+use tremie_lbm::lattice_boltzmann;
 
 use crate::{advanced, case, cells};
 
@@ -22,7 +21,7 @@ const BINGHAM: &str = "[material.bingham]\nyield_stress = \"20 Pa\"\nplastic_vis
 fn mass_is_kept_to_rounding() {
     for material in [THIN, BINGHAM] {
         let case = case(&dam("f64", material));
-        let mut simulation = LatticeBoltzmann::<f64>::new(&case);
+        let mut simulation = lattice_boltzmann(&case);
         // The mass that the case gives: density times volume, to the sampling of partly filled cells.
         let start = simulation.mass();
         assert!((start / (1000.0 * 0.083 * 0.064 * 0.121) - 1.0).abs() < 1e-9, "{start}");
@@ -39,7 +38,7 @@ fn mass_is_kept_to_rounding() {
 #[test]
 fn rounding_in_single_precision_is_repaid() {
     let case = case(&dam("f32", THIN));
-    let mut simulation = LatticeBoltzmann::<f32>::new(&case);
+    let mut simulation = lattice_boltzmann(&case);
     let start = simulation.mass();
     let mut worst: f64 = 0.0;
     for _ in 0..5000 {
@@ -53,7 +52,7 @@ fn rounding_in_single_precision_is_repaid() {
 #[test]
 fn blocks_follow_the_fluid() {
     let case = case(&dam("f32", THIN));
-    let mut simulation = LatticeBoltzmann::<f32>::new(&case);
+    let mut simulation = lattice_boltzmann(&case);
     assert_eq!(simulation.load().allocated, 4 * 512);
     for _ in 0..5000 {
         simulation.advance().unwrap();

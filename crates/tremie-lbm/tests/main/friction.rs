@@ -148,11 +148,11 @@ fn mass_is_kept_at_slanted_walls_with_friction() {
          [lbm]\ncell_size = \"10 mm\"\nprecision = \"f64\"\n"
     );
     let case = case(&text);
-    let mut simulation = tremie_lbm::LatticeBoltzmann::<f64>::new(&case);
+    let mut simulation = tremie_lbm::lattice_boltzmann(&case);
     let before = simulation.mass();
-    crate::advance(&mut simulation, 2000);
+    crate::advance(&mut *simulation, 2000);
     assert!((simulation.mass() / before - 1.0).abs() < 1e-9);
-    let cells = cells(&simulation);
+    let cells = cells(&*simulation);
     let momentum: DVec3 = cells.velocity.iter().zip(&cells.fill).map(|(u, fill)| *u * *fill).sum();
     assert!(momentum.x > 0.0 && momentum.z.abs() < 0.1 * momentum.x, "{momentum}");
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use tremie_lbm::LatticeBoltzmann;
+use tremie_lbm::lattice_boltzmann;
 use tremie_numerics::DVec3;
 use tremie_simulation::{Cells, Fluid, Simulation};
 
@@ -159,18 +159,18 @@ fn stirred(precision: &str, surface: &str) -> String {
 fn mass_is_kept_where_solids_cover_and_uncover() {
     for surface in ["no_slip", "free_slip"] {
         let case = case(&stirred("f64", surface));
-        let mut simulation = LatticeBoltzmann::<f64>::new(&case);
+        let mut simulation = lattice_boltzmann(&case);
         let start = simulation.mass();
         let mut steps = 0;
         while simulation.time() < 1.2 {
-            advance(&mut simulation, 1);
+            advance(&mut *simulation, 1);
             steps += 1;
             if steps % 100 == 99 {
                 let mass = simulation.mass();
                 assert!((mass / start - 1.0).abs() < 1e-9, "{surface} at {}: {mass}", simulation.time());
             }
         }
-        let volume = cells(&simulation).fill.iter().sum::<f64>() * 1e-6;
+        let volume = cells(&*simulation).fill.iter().sum::<f64>() * 1e-6;
         assert!((volume * 2300.0 / start - 1.0).abs() < 0.01, "{surface}: {volume}");
     }
 }
@@ -383,8 +383,8 @@ fn a_plate_without_mass_sinks_as_its_load_has_it() {
     let exact = 20.0 * 1e-6 / (8.0 * 10.0 * 0.05f64.powi(3));
     assert!((speed / exact - 1.0).abs() < 0.05, "{speed} for {exact}");
     assert!((last.solids[0].force.z / 0.0125 - 1.0).abs() < 0.01, "{:?}", last.solids[0]);
-    let mut other = LatticeBoltzmann::<f64>::new(&film());
+    let mut other = lattice_boltzmann(&film());
     other.restore(&state).unwrap();
-    advance(&mut other, 1000);
+    advance(&mut *other, 1000);
     assert_eq!(other.snapshot().moved, last.moved);
 }

@@ -1,7 +1,7 @@
 //! Balances of the whole fluid: momentum against the forces on all walls, mass, volume.
 
 use tremie_case::Case;
-use tremie_lbm::LatticeBoltzmann;
+use tremie_lbm::lattice_boltzmann;
 use tremie_numerics::DVec3;
 use tremie_simulation::gauges::{Gauges, Readings};
 use tremie_simulation::{Cells, Fluid, Simulation, Snapshot};
@@ -45,7 +45,7 @@ struct Balance {
 impl Balance {
     /// Balances a case over each of its intervals from a time in s to its stop time.
     fn of(case: &Case, from: f64) -> anyhow::Result<Self> {
-        let mut fluid = LatticeBoltzmann::<f32>::new(case);
+        let mut fluid = lattice_boltzmann(case);
         let gauges = Gauges::new(case);
         let (first, first_mass) = (gauges.measure(&fluid.snapshot()), fluid.mass());
         while fluid.time() < from {

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use tremie_case::{Case, Precision};
-use tremie_lbm::{LatticeBoltzmann, Real};
+use tremie_lbm::lattice_boltzmann;
 use tremie_simulation::{Fluid, Simulation};
 
 use super::benchmark::{Check, Context, shown};
@@ -68,8 +68,8 @@ fn tank(context: &Context, precision: Precision, name: &str) -> anyhow::Result<V
 /// Liquid that collapses and sloshes in a closed box: its mass.
 pub(super) fn closed_box(context: &Context) -> anyhow::Result<Vec<Check>> {
     let (single, double) = rayon::join(
-        || drift::<f32>(&with_precision(context, Precision::F32)?),
-        || drift::<f64>(&with_precision(context, Precision::F64)?),
+        || drift(&with_precision(context, Precision::F32)?),
+        || drift(&with_precision(context, Precision::F64)?),
     );
     let (single, double) = (single?, double?);
     let name = |precision: &str| format!("largest change of mass, {precision}");
@@ -89,10 +89,10 @@ struct Drift {
     accumulated: f64,
 }
 
-fn drift<T: Real>(case: &Case) -> anyhow::Result<Drift> {
+fn drift(case: &Case) -> anyhow::Result<Drift> {
     /// The solver repays rounding at multiples of this number of steps; mass is read one step earlier, too.
     const REPAID: u64 = 1000;
-    let mut fluid = LatticeBoltzmann::<T>::new(case);
+    let mut fluid = lattice_boltzmann(case);
     let start = fluid.mass();
     let mut drift = Drift { largest: 0.0, accumulated: 0.0 };
     let mut last = start;
@@ -114,7 +114,7 @@ fn drift<T: Real>(case: &Case) -> anyhow::Result<Drift> {
 /// Carries the fluid of the case through its periodic box to the stop time, when it is back where it started.
 pub(super) fn advection(context: &Context) -> anyhow::Result<Vec<Check>> {
     let case = context.case("case.toml")?;
-    let mut fluid = LatticeBoltzmann::<f64>::new(&case);
+    let mut fluid = lattice_boltzmann(&case);
     let mass = fluid.mass();
     let steps = (case.stop.time / fluid.time_step()).round() as u64;
     for _ in 0..steps {
