@@ -126,8 +126,8 @@ pub enum UnitError {
     UnknownUnit {
         /// The unit as written.
         unit: String,
-        /// A unit spelled similarly.
-        suggestion: Option<&'static str>,
+        /// A unit spelled similarly, or two with the space between them that is missing.
+        suggestion: Option<String>,
     },
     /// The unit cannot be read.
     Unreadable {
@@ -314,21 +314,26 @@ impl Unit {
     const ONE: Self = Self { factor: 1.0, ten: 0, dimension: Dimension::NUMBER };
 
     /// Looks up a name, as it stands first (`min` is a minute), then as a prefix and a name.
-    fn named(name: &str) -> Result<Self, UnitError> {
+    fn known(name: &str) -> Option<Self> {
         if let Some(found) = UNITS.iter().find(|unit| unit.name == name) {
-            return Ok(found.unit);
+            return Some(found.unit);
         }
         let mut rest = name.chars();
-        let prefix = rest.next().and_then(|first| PREFIXES.iter().find(|(prefix, _)| *prefix == first));
-        let named = UNITS.iter().find(|unit| unit.prefixes && unit.name == rest.as_str());
-        match (prefix, named) {
-            (Some((_, ten)), Some(NamedUnit { unit, .. })) => Ok(Self { ten: unit.ten + ten, ..*unit }),
-            _ => {
-                let common: Vec<&str> =
-                    UNITS.iter().map(|unit| unit.name).chain(["kg", "mm", "MPa"]).collect();
-                Err(UnitError::UnknownUnit { unit: name.to_owned(), suggestion: nearest(name, &common) })
-            }
-        }
+        let first = rest.next()?;
+        let (_, ten) = PREFIXES.iter().find(|(prefix, _)| *prefix == first)?;
+        let NamedUnit { unit, .. } = UNITS.iter().find(|unit| unit.prefixes && unit.name == rest.as_str())?;
+        Some(Self { ten: unit.ten + ten, ..*unit })
+    }
+
+    fn named(name: &str) -> Result<Self, UnitError> {
+        Self::known(name).ok_or_else(|| {
+            let mut apart = name.char_indices().skip(1).map(|(at, _)| name.split_at(at));
+            let apart = apart.find(|(a, b)| Self::known(a).is_some() && Self::known(b).is_some());
+            let common: Vec<&str> = UNITS.iter().map(|unit| unit.name).chain(["kg", "mm", "MPa"]).collect();
+            let near = || nearest(name, &common).map(ToOwned::to_owned);
+            let suggestion = apart.map(|(a, b)| format!("{a} {b}")).or_else(near);
+            UnitError::UnknownUnit { unit: name.to_owned(), suggestion }
+        })
     }
 
     fn power(self, exponent: i32) -> Self {
@@ -480,6 +485,8 @@ mod tests {
             ("50", Dimension::STRESS, "50 has no unit: write \"50 Pa\""),
             ("5", Dimension::LENGTH, "5 has no unit: write \"5 m\" or \"5 mm\""),
             ("50 pa", Dimension::STRESS, "there is no unit \"pa\": did you mean \"Pa\"?"),
+            ("20 Pas", Dimension::VISCOSITY, "there is no unit \"Pas\": did you mean \"Pa s\"?"),
+            ("3 kNm", Dimension::TORQUE, "there is no unit \"kNm\": did you mean \"kN m\"?"),
             ("50 psi", Dimension::STRESS, "there is no unit \"psi\": write a unit made of m, s, g,"),
             ("50 m", Dimension::STRESS, "50 m is a length, not a stress: write \"50 Pa\""),
             ("50 m", Dimension::NUMBER, "50 m is a length, not a plain number: write \"50\""),
