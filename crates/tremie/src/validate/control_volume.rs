@@ -4,7 +4,7 @@ use tremie_case::Case;
 use tremie_lbm::lattice_boltzmann;
 use tremie_numerics::DVec3;
 use tremie_simulation::gauges::{Gauges, Readings};
-use tremie_simulation::{Cells, Fluid, Simulation, Snapshot};
+use tremie_simulation::{Cells, Fluid, Snapshot};
 
 use super::benchmark::{Check, Context, shown};
 

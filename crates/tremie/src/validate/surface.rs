@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use tremie_case::{Case, Precision};
 use tremie_lbm::lattice_boltzmann;
-use tremie_simulation::{Fluid, Simulation};
+use tremie_simulation::Fluid;
 
 use super::benchmark::{Check, Context, shown};
 use super::flow::{Flow, cell_at, centres, lattice};
