@@ -328,7 +328,10 @@ impl Unit {
     fn named(name: &str) -> Result<Self, UnitError> {
         Self::known(name).ok_or_else(|| {
             let mut apart = name.char_indices().skip(1).map(|(at, _)| name.split_at(at));
-            let apart = apart.find(|(a, b)| Self::known(a).is_some() && Self::known(b).is_some());
+            // `Pas` is a viscosity; `mins` would be nothing that has a name.
+            let product = |(a, b): &(&str, &str)| Some(Self::known(a)?.times(Self::known(b)?).dimension);
+            let named = |of| Dimension::NAMES.iter().any(|(dimension, ..)| *dimension == of);
+            let apart = apart.find(|names| product(names).is_some_and(named));
             let common: Vec<&str> = UNITS.iter().map(|unit| unit.name).chain(["kg", "mm", "MPa"]).collect();
             let near = || nearest(name, &common).map(ToOwned::to_owned);
             let suggestion = apart.map(|(a, b)| format!("{a} {b}")).or_else(near);
@@ -487,6 +490,7 @@ mod tests {
             ("50 pa", Dimension::STRESS, "there is no unit \"pa\": did you mean \"Pa\"?"),
             ("20 Pas", Dimension::VISCOSITY, "there is no unit \"Pas\": did you mean \"Pa s\"?"),
             ("3 kNm", Dimension::TORQUE, "there is no unit \"kNm\": did you mean \"kN m\"?"),
+            ("2 mins", Dimension::TIME, "there is no unit \"mins\": did you mean \"min\"?"),
             ("50 psi", Dimension::STRESS, "there is no unit \"psi\": write a unit made of m, s, g,"),
             ("50 m", Dimension::STRESS, "50 m is a length, not a stress: write \"50 Pa\""),
             ("50 m", Dimension::NUMBER, "50 m is a length, not a plain number: write \"50\""),

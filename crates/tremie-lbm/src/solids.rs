@@ -81,6 +81,8 @@ pub(crate) struct Contact {
     pub(crate) held: bool,
 }
 
+/// Least distance of a cell's centre from a surface that it touches, in cells.
+const NEAREST: f64 = 1e-3;
 /// Cosine of the angle up to which a surface counts as along the lattice.
 const ALONG: f64 = 0.9999;
 
@@ -102,7 +104,9 @@ impl Contact {
 
     /// Where the link along `c` ends, half-way to the cell that the solid covers: the distance of that place from the surface, over that of the cell.
     pub(crate) fn place(&self, c: DVec3) -> f64 {
-        1.0 - 0.5 * c.dot(self.normal) / self.distance
+        // A cell's centre may lie in the surface itself.
+        let distance = if self.distance.abs() < NEAREST { NEAREST } else { self.distance };
+        1.0 - 0.5 * c.dot(self.normal) / distance
     }
 
     /// Whether the surface mirrors the flow along the velocity `i`.

@@ -43,8 +43,6 @@ use crate::wall::root;
 
 /// Largest r: a link is as long as it is.
 const SHORT: f64 = 0.5;
-/// Largest -r, by which a cell goes with the surface all but entirely.
-const BEHIND: f64 = 500.0;
 /// Least r that is of account.
 const HALF_WAY: f64 = 1e-9;
 /// Least area of the links of a cell that tells the stress, in faces of a cell.
@@ -58,7 +56,7 @@ fn share(contact: &Contact, c: DVec3) -> f64 {
     if contact.distance < 0.0 {
         return 0.0;
     }
-    contact.place(c).clamp(-BEHIND, SHORT)
+    contact.place(c).min(SHORT)
 }
 
 /// Whether the links of a surface end anywhere but half-way.
