@@ -5,8 +5,8 @@
 //!
 //! ```text
 //!     rho (u* - u)/dt = -grad p + rho g + div(2 mu E),   E between u and u*, of stiff fluid that of u*      (module `viscosity`)
-//!     lap p' = div(rho u*/dt + grad p),   p' = 0 at the surface, n . grad p' = rho n . g at walls      (module `pressure`)
-//!     u' = u* - dt/rho grad (p' - p)
+//!     lap p' = div(rho u*/dt + grad p),   p' = p at the surface, n . grad p' = rho n . g at walls      (module `pressure`)
+//!     u' = u* - dt/rho grad (p' - p),   and what the stress adds to p'
 //!     x' = x + dt u', and what keeps nodes apart and as dense as they were (`tremie_cloud::reorder`, `crowding`)
 //! ```
 //!
@@ -19,6 +19,7 @@
 //!
 //! Units are SI; in a plane masses and forces are per metre of depth.
 
+mod balance;
 mod nodes;
 mod plan;
 mod pressure;

@@ -11,9 +11,10 @@ use tremie_cloud::{
 use tremie_numerics::DVec3;
 use tremie_rheology::FlowCurve;
 
+use crate::balance::Balance;
 use crate::pressure::{self, Poisson};
 use crate::stencils::Stencils;
-use crate::viscosity::{self, System};
+use crate::viscosity::{self, Viscous};
 
 /// What flows.
 #[derive(Debug, Clone, Copy)]
@@ -202,42 +203,61 @@ impl Nodes {
             self.pressures = poisson.at_rest()?;
         }
         let before = self.velocities.clone();
+        let mut pressures = std::mem::take(&mut self.pressures);
+        let weight = fluid.density * fluid.gravity;
         self.iterations = match self.stepping.coupling {
             Coupling::Incremental => {
-                let pushed = pressure::slopes(&stencils, &fluid, &self.pressures);
-                let diffusion = self.push(&stencils, &pushed, step)?;
-                let (pressures, velocities) = (&mut self.pressures, &self.velocities);
-                let wanted = half_way(&stencils, velocities, step);
-                let viscosity: Vec<f64> =
-                    self.shear_rates.iter().map(|rate| fluid.viscosity(*rate)).collect();
-                let projection =
-                    poisson.project(&pushed, pressures, velocities, step, &wanted, &viscosity)?;
-                let pushes = pressure::slopes(&stencils, &fluid, &self.pressures);
+                poisson.settle(&mut pressures);
+                let balance = Balance { stencils: &stencils, poisson: &poisson, fluid: &fluid, step };
+                let wanted = |velocities: &[DVec3]| half_way(&stencils, velocities, step);
+                let mut last = None;
+                let diffusion =
+                    self.push(&stencils, step, |system, velocities, viscosity, shear_rates| {
+                        let felt = stencils.felt(viscosity);
+                        let found =
+                            balance.find(system, &mut pressures, velocities, &felt, shear_rates, wanted)?;
+                        let iterations = found.iterations;
+                        last = Some((found, felt));
+                        Ok(iterations)
+                    })?;
+                let (found, felt) = last.expect("velocities are found at least once");
+                let projection = poisson.project(&found.excess, &mut pressures, &felt, step)?;
+                let pushes = pressure::slopes(&stencils, &fluid, &pressures);
                 let share = step / fluid.density;
-                for (u, (new, old)) in self.velocities.iter_mut().zip(pushes.iter().zip(&pushed)) {
+                for (u, (new, old)) in self.velocities.iter_mut().zip(pushes.iter().zip(&found.pushed)) {
                     *u -= share * (*new - *old);
                 }
+                poisson.follow(&mut pressures, &found.stress, &felt, step);
                 [diffusion, projection]
             }
             Coupling::PressureFirst => {
-                let weight = vec![fluid.density * fluid.gravity; around.number];
-                let (pressures, none) = (&mut self.pressures, vec![0.0; around.number]);
-                let projection = poisson.project(&weight, pressures, &self.velocities, step, &none, &none)?;
-                let pushed = pressure::slopes(&stencils, &fluid, &self.pressures);
-                [self.push(&stencils, &pushed, step)?, projection]
+                let at_surface = pressures.iter_mut().zip(&stencils.surface).filter(|(_, at)| **at);
+                at_surface.for_each(|(p, _)| *p = 0.0);
+                let (still, none) = (vec![weight; around.number], vec![0.0; around.number]);
+                let excess = poisson.excess(&still, &pressures, &self.velocities, &none);
+                let projection = poisson.project(&excess, &mut pressures, &none, step)?;
+                let pushed = pressure::slopes(&stencils, &fluid, &pressures);
+                let forces: Vec<DVec3> = pushed.iter().map(|pushed| weight - *pushed).collect();
+                let diffusion = self
+                    .push(&stencils, step, |system, velocities, _, _| system.advance(&forces, velocities))?;
+                [diffusion, projection]
             }
         };
+        self.pressures = pressures;
         self.go(&stencils, &poisson, &wide, &before, step)?;
         self.time += step;
         self.last_step = step;
         Ok(())
     }
 
-    /// Finds velocities at the end of a step in s under gradients of the pressure in Pa/m, and the shear rates before it; gives the iterations.
-    fn push(&mut self, stencils: &Stencils, pushed: &[DVec3], step: f64) -> Result<usize, Failure> {
+    /// Finds velocities at the end of a step in s, and the shear rates before it; gives the iterations. They are found by a system for viscosities in Pa s at shear rates in 1/s, from those that were found before.
+    fn push(
+        &mut self,
+        stencils: &Stencils,
+        step: f64,
+        mut find: impl FnMut(&dyn Viscous, &mut Vec<DVec3>, &[f64], &[f64]) -> Result<usize, Failure>,
+    ) -> Result<usize, Failure> {
         let fluid = self.fluid;
-        let forces = pushed.iter().map(|pushed| fluid.density * fluid.gravity - *pushed);
-        let mut forces: Vec<DVec3> = forces.collect();
         let start = self.velocities.clone();
         let mut iterations = 0;
         let rounds = if self.stepping.scheme == Scheme::Implicit { ROUNDS } else { 1 };
@@ -245,16 +265,9 @@ impl Nodes {
             self.shear_rates = stencils.shear_rates(&self.velocities);
             let viscosity: Vec<f64> = self.shear_rates.iter().map(|rate| fluid.viscosity(*rate)).collect();
             let turns = self.stepping.scheme != Scheme::Paper;
-            if !turns {
-                let bends = viscosity::bends(stencils, &viscosity, &start);
-                forces.iter_mut().zip(bends).for_each(|(force, bend)| *force += bend);
-            }
-            let before = self.velocities.clone();
-            let (rate, new) = (fluid.density / step, &mut self.velocities);
-            iterations += match stencils.flat() {
-                true => System::<2, 3>::new(stencils, &viscosity, turns, rate).advance(&forces, new, &start),
-                false => System::<3, 6>::new(stencils, &viscosity, turns, rate).advance(&forces, new, &start),
-            }?;
+            let system = viscosity::system(stencils, &viscosity, turns, fluid.density / step, &start);
+            let (before, new) = (self.velocities.clone(), &mut self.velocities);
+            iterations += find(&*system, new, &viscosity, &self.shear_rates)?;
             let largest = new.iter().map(|u| u.length()).fold(0.0, f64::max);
             let changed = new.iter().zip(&before).map(|(new, old)| new.distance(*old)).fold(0.0, f64::max);
             if changed <= SETTLED * largest {

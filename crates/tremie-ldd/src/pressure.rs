@@ -1,7 +1,7 @@
 //! The pressure, which keeps the volume:
 //!
 //! ```text
-//!     lap p' = div(rho u*/dt + grad p),    p' = 0 at the free surface,    n . grad p' = rho n . g at walls
+//!     lap p' = div(rho u*/dt + grad p),    p' = p at the free surface,    n . grad p' = rho n . g at walls
 //! ```
 //!
 //! with u* what the velocities are under the pressure p; in the order of the paper p = 0 and u* = u (Basic 2021, Eq. 17). What the Laplacian sees of a pressure and the divergence of its gradient does not
@@ -12,6 +12,16 @@
 //! ```
 //!
 //! is told by the divergence and the rest by the Laplacian (D: spacing): as elements are stabilised that have velocity and pressure at the same nodes (Hughes, Franca and Balestra 1986). Images in walls have the pressure of their nodes and the weight of the fluid between them.
+//!
+//! That p' makes u* free of divergence by dt/rho grad (p' - p), however stiff the fluid: by viscosities of many rho D^2/dt it would take as many steps to come to the pressure under which u* has none by itself. What the
+//! next step begins with is therefore
+//!
+//! ```text
+//!     p'' = p' - (1 - s) chi mu div u*,        at the surface    p'' = (1 - s^2) p' - (1 - s) chi mu div u*
+//! ```
+//!
+//! in which the first is the incremental projection in rotational form (Timmermans, Minev and van de Vosse 1996; Guermond, Minev and Shen 2006), and as fluid is stiffer, the method of Uzawa. Only it lets the surface have a
+//! pressure at all: what balances the viscous stress across it.
 
 use tremie_cloud::{Block, Failure, Gradients, Matrix, Method, Multigrid, Settings, Source, crowding, solve};
 use tremie_numerics::DVec3;
@@ -22,6 +32,15 @@ use crate::stencils::Stencils;
 const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-7, iterations: 500 };
 /// Places need not be as exact.
 const ROUGHLY: Settings = Settings { tolerance: 1e-2, ..SETTINGS };
+
+/// chi: of the pressure that would stop what diverges, in the midst of even fluid. From 0.7 on what alternates between nodes grows.
+const SHARE: f64 = 0.4;
+
+/// What a step's velocities have of divergence too much, in 1/s, and by how much div grad p is more than lap p, in Pa/m2, of what pushed them.
+pub(crate) struct Excess {
+    divergence: Vec<f64>,
+    rough: Vec<f64>,
+}
 
 /// The problem of Poisson over nodes.
 pub(crate) struct Poisson<'a> {
@@ -78,7 +97,9 @@ impl<'a> Poisson<'a> {
         pressures: &mut [f64],
     ) -> Result<usize, Failure> {
         let around = self.stencils.around;
-        let mut right = around.each(|a| self.weights[a].map_or(0.0, |weight| weight - source(a)));
+        let given = |a: usize| if self.stencils.surface[a] { pressures[a] } else { 0.0 };
+        let mut right =
+            around.each(|a| self.weights[a].map_or_else(|| given(a), |weight| weight - source(a)));
         if self.confined {
             // What cannot be met: fluid that appears all over.
             let mean = right.iter().sum::<f64>() / right.len() as f64;
@@ -95,38 +116,97 @@ impl<'a> Poisson<'a> {
         Ok(pressures)
     }
 
-    /// Finds the `pressures` in Pa that leave velocities in m/s with no more divergence in 1/s than is `wanted`, if others have changed these by their gradients `pushed` in Pa/m in a step in s.
-    /// Gives the iterations.
-    pub(crate) fn project(
+    /// Gives those who do not know their own pressure one: none if nothing presses on them, else that of those around them.
+    pub(crate) fn settle(&self, pressures: &mut [f64]) {
+        let stencils = self.stencils;
+        pressures.iter_mut().zip(&stencils.loose).filter(|(_, loose)| **loose).for_each(|(p, _)| *p = 0.0);
+        let between = |a: usize, weight: f64| {
+            let others = stencils.pairs(a).map(|(n, _, c)| (stencils.around.of(n), c));
+            let sums = |(own, sum): (f64, f64), (of, c): (usize, f64)| (own + c, sum + c * pressures[of]);
+            let (own, sum) = others.filter(|(of, _)| *of != a).fold((0.0, weight), sums);
+            if own > 0.0 { sum / own } else { pressures[a] }
+        };
+        let settled = stencils.around.each(|a| match self.weights[a] {
+            Some(weight) if stencils.mute[a] => between(a, weight),
+            _ => pressures[a],
+        });
+        pressures.copy_from_slice(&settled);
+    }
+
+    /// How far velocities in m/s that `pressures` in Pa have changed by their gradients `pushed` in Pa/m are from the divergence in 1/s that is `wanted`.
+    pub(crate) fn excess(
         &self,
         pushed: &[DVec3],
-        pressures: &mut [f64],
+        pressures: &[f64],
         velocities: &[DVec3],
-        step: f64,
         wanted: &[f64],
-        viscosity: &[f64],
-    ) -> Result<usize, Failure> {
-        let (around, fluid) = (self.stencils.around, self.fluid);
-        let rate = fluid.density / step;
-        let weight = fluid.density * fluid.gravity;
-        let stiff = 2.0 * around.dimension.number() as f64 / (rate * around.spacing * around.spacing);
+    ) -> Excess {
+        let (around, stencils) = (self.stencils.around, self.stencils);
+        let weight = self.fluid.density * self.fluid.gravity;
         let mut bends = vec![0.0; around.number];
         self.matrix.times(pressures, &mut bends);
         let moved: Vec<DVec3> =
             around.mirrored(|source| source.turn * velocities[source.of] + source.carried);
         let pushes: Vec<DVec3> =
             around.mirrored(|source| weight + source.mirror * (pushed[source.of] - weight));
+        Excess {
+            divergence: around.each(|a| stencils.divergence(a, &moved) - wanted[a]),
+            rough: around.each(|a| match self.weights[a] {
+                Some(weight) => stencils.divergence(a, &pushes) - (weight - bends[a]),
+                None => 0.0,
+            }),
+        }
+    }
+
+    /// s, for a viscosity in Pa s and a step in s; and in m2/(Pa s) what of `rough` counts for a divergence without making what alternates between nodes grow.
+    fn shares(&self, viscosity: f64, step: f64) -> (f64, f64) {
+        let around = self.stencils.around;
+        let inertia = self.fluid.density * around.spacing * around.spacing / step;
+        let stiff = 2.0 * around.dimension.number() as f64 * viscosity;
+        (inertia / (inertia + stiff), around.spacing * around.spacing / (inertia + 2.0 * stiff))
+    }
+
+    /// Brings `pressures` in Pa to those that take an excess away in a step in s, by viscosities in Pa s. Gives the iterations.
+    pub(crate) fn project(
+        &self,
+        excess: &Excess,
+        pressures: &mut [f64],
+        viscosity: &[f64],
+        step: f64,
+    ) -> Result<usize, Failure> {
+        let rate = self.fluid.density / step;
+        let mut bends = vec![0.0; pressures.len()];
+        self.matrix.times(pressures, &mut bends);
         let source = |a: usize| {
-            if self.stencils.mute[a] {
-                return 0.0;
-            }
-            let told = 1.0 / (1.0 + stiff * viscosity[a]);
+            let (told, _) = self.shares(viscosity[a], step);
             let laplacian = self.weights[a].unwrap_or(0.0) - bends[a];
-            rate * (self.stencils.divergence(a, &moved) - wanted[a])
-                + told * self.stencils.divergence(a, &pushes)
-                + (1.0 - told) * laplacian
+            match self.stencils.mute[a] {
+                true => (1.0 - told) * laplacian,
+                false => rate * excess.divergence[a] + told * excess.rough[a] + laplacian,
+            }
         };
         self.solve(source, pressures)
+    }
+
+    /// By how much in Pa pressures are too large for steps in s to leave no excess by themselves, as far as that can be told node by node, by viscosities in Pa s.
+    pub(crate) fn stress(&self, excess: &Excess, viscosity: &[f64], step: f64) -> Vec<f64> {
+        let stencils = self.stencils;
+        stencils.around.each(|a| {
+            let (told, soft) = self.shares(viscosity[a], step);
+            // Who is mute is told by those around it.
+            let answers = !stencils.loose[a] && (stencils.surface[a] || !stencils.mute[a]);
+            let stops = SHARE * viscosity[a] * (excess.divergence[a] + soft * excess.rough[a]);
+            if answers { (1.0 - told) * stops } else { 0.0 }
+        })
+    }
+
+    /// Takes off `pressures` in Pa what a `stress` in Pa wants, and at the surface what is left from when viscosities in Pa s were more to a step in s.
+    pub(crate) fn follow(&self, pressures: &mut [f64], stress: &[f64], viscosity: &[f64], step: f64) {
+        for (a, p) in pressures.iter_mut().enumerate() {
+            let (told, _) = self.shares(viscosity[a], step);
+            let kept = if self.stencils.surface[a] { 1.0 - told * told } else { 1.0 };
+            *p = kept * *p - stress[a];
+        }
     }
 
     /// Ways in m by which nodes, which go so fast in m/s `past` others, come back to where they fill the volume evenly, in a step in s.
@@ -148,4 +228,9 @@ impl<'a> Poisson<'a> {
 pub(crate) fn slopes(stencils: &Stencils, fluid: &Fluid, pressures: &[f64]) -> Vec<DVec3> {
     let all = stencils.around.mirrored(|source| pressures[source.of] + weight(fluid, source));
     stencils.around.each(|a| stencils.gradient(a, &all))
+}
+
+/// What pressures in Pa push nodes with, in N/m3: the gradients `slopes` in Pa/m, and at the surface where nothing meets them.
+pub(crate) fn forces(stencils: &Stencils, slopes: &[DVec3], pressures: &[f64]) -> Vec<DVec3> {
+    stencils.around.each(|a| -slopes[a] - pressures[a] * stencils.open(a))
 }

@@ -13,7 +13,7 @@
 //! Velocities are those half-way between places, and forces those at the places, so that half of the stress should be that of the old velocities u^n: all of it by the new ones is wrong by the first order in
 //! the step. As much of it is as leaves what it makes of the old ones a mean of them: a half of it up to a viscosity of rho/(dt sum c), and hardly any where fluid is stiff. The paper takes none.
 //!
-//! At the surface c is as in the lattice, and the sum over c x_ij points into the fluid: what is missing on the other side is the stress that is not there.
+//! At the surface c is as in the lattice, and the sum over c x_ij points into the fluid: what is missing on the other side is the stress that is not there. Across the surface all of it is raised (module `stencils`).
 
 use rayon::prelude::*;
 use tremie_cloud::{Block, Failure, Matrix, Method, Multigrid, Operator, Settings, Source, solve};
@@ -47,7 +47,7 @@ fn full<const D: usize>(of: &[f64; D]) -> DVec3 {
     if D == 2 { DVec3::new(of[0], 0.0, of[1]) } else { DVec3::new(of[0], of[1], of[2]) }
 }
 
-/// What the difference of velocities to a neighbour in the way x is multiplied with: c mu + B (W mu x) s^T.
+/// What the difference of velocities to a neighbour in the way x is multiplied with: c mu + B (W mu x) s^T, at the surface raised across it.
 #[derive(Debug, Clone, Copy, Default)]
 struct Pair {
     /// c mu in Pa s/m2.
@@ -56,17 +56,20 @@ struct Pair {
     turning: f64,
 }
 
-/// B and s of a node: s = sum c mu x, and B = (sum W mu x x^T)^-1; zero where the stress does not turn with its gradient.
-#[derive(Debug, Clone, Copy)]
+/// B and s of a node: s = sum c mu x, and B = (sum W mu x x^T)^-1, and by what forces across the surface are raised; zero where the stress does not turn with its gradient.
+#[derive(Debug, Clone, Copy, Default)]
 struct Turn {
     inverse: DMat3,
     slope: DVec3,
+    raised: DVec3,
 }
 
 impl Turn {
     fn block(&self, pair: &Pair, x: DVec3) -> DMat3 {
-        let (g, s) = (self.inverse * (pair.turning * x), self.slope);
-        DMat3::from_diagonal(DVec3::splat(pair.stiff)) + DMat3::from_cols(s.x * g, s.y * g, s.z * g)
+        let (g, s, r) = (self.inverse * (pair.turning * x), self.slope, self.raised);
+        let block =
+            DMat3::from_diagonal(DVec3::splat(pair.stiff)) + DMat3::from_cols(s.x * g, s.y * g, s.z * g);
+        block + DMat3::from_cols(r.x * r, r.y * r, r.z * r) * block
     }
 }
 
@@ -90,20 +93,23 @@ fn couplings(stencils: &Stencils, viscosity: &[f64], turns: bool) -> (Vec<Turn>,
         }
         let inverse = moment.inverse();
         match turns && !stencils.loose[a] && inverse.is_finite() {
-            true => Turn { inverse, slope },
-            false => Turn { inverse: DMat3::ZERO, slope: DVec3::ZERO },
+            true => Turn { inverse, slope, raised: stencils.raised[a] },
+            false => Turn { inverse: DMat3::ZERO, ..Turn::default() },
         }
     })
 }
 
 /// Minus div(2 mu E), and what the mass of nodes in D dimensions, of which cells move and turn in M ways, adds.
-pub(crate) struct System<'a, const D: usize, const M: usize> {
+struct System<'a, const D: usize, const M: usize> {
     stencils: &'a Stencils<'a>,
     places: Vec<[f64; D]>,
     turns: Vec<(Block<D>, [f64; D])>,
+    raised: Vec<[f64; D]>,
     pairs: Vec<Pair>,
     diagonal: Vec<[f64; D]>,
-    /// What walls that move push, in N/m3.
+    /// Velocities in m/s at the start.
+    start: Vec<[f64; D]>,
+    /// What walls that move push, and what is of the old velocities only, in N/m3.
     carried: Vec<[f64; D]>,
     /// Whether cells of nodes move as one.
     multigrid: Option<Multigrid<D, M>>,
@@ -116,9 +122,28 @@ fn entries<const D: usize>(block: DMat3) -> Block<D> {
     std::array::from_fn(|i| std::array::from_fn(|j| block.col(AXES[D][j])[AXES[D][i]]))
 }
 
+/// What brings velocities to the end of a step.
+pub(crate) trait Viscous {
+    /// Brings velocities in m/s to the end of the step under forces in N/m3, from such as are near; gives the iterations that it took.
+    fn advance(&self, forces: &[DVec3], velocities: &mut [DVec3]) -> Result<usize, Failure>;
+}
+
+/// For apparent viscosities in Pa s of nodes, a density over the step in kg/(m3 s) and velocities in m/s at its start; as in the paper without the stress that is `turning` with its gradient, and all by new velocities.
+pub(crate) fn system<'a>(
+    stencils: &'a Stencils<'a>,
+    viscosity: &[f64],
+    turning: bool,
+    rate: f64,
+    start: &[DVec3],
+) -> Box<dyn Viscous + 'a> {
+    match stencils.flat() {
+        true => Box::new(System::<2, 3>::new(stencils, viscosity, turning, rate, start)),
+        false => Box::new(System::<3, 6>::new(stencils, viscosity, turning, rate, start)),
+    }
+}
+
 impl<'a, const D: usize, const M: usize> System<'a, D, M> {
-    /// For apparent viscosities in Pa s of nodes and a density over the step in kg/(m3 s); as in the paper without the stress that is `turning` with its gradient, and all by new velocities.
-    pub(crate) fn new(stencils: &'a Stencils<'a>, viscosity: &[f64], turning: bool, rate: f64) -> Self {
+    fn new(stencils: &'a Stencils<'a>, viscosity: &[f64], turning: bool, rate: f64, start: &[DVec3]) -> Self {
         let around = stencils.around;
         let (turns, pairs) = couplings(stencils, viscosity, turning);
         let at = &around.positions;
@@ -133,23 +158,21 @@ impl<'a, const D: usize, const M: usize> System<'a, D, M> {
         };
         let shares = around.each(share);
         let rates: Vec<f64> = shares.iter().map(|share| rate / share).collect();
+        let bends = if turning { Vec::new() } else { bends(stencils, viscosity, start) };
         let own = |a: usize| {
-            let (mut own, mut sum, mut carried) = (DMat3::ZERO, DVec3::ZERO, DVec3::ZERO);
-            let mut stiff = rates[a];
+            let mut own = DMat3::from_diagonal(DVec3::splat(rates[a]));
+            let mut carried = bends.get(a).copied().unwrap_or_default();
             for (x, pair, image, of) in others(a) {
-                stiff += pair.stiff;
-                sum += pair.turning * x;
+                let block = turns[a].block(pair, x);
+                own += block;
                 if let Some(image) = image {
-                    let block = turns[a].block(pair, x);
                     carried += block * image.carried;
                     if of == a {
                         own -= block * image.turn;
                     }
                 }
             }
-            let whole = turns[a].inverse * sum * turns[a].slope + stiff;
-            let own = whole + DVec3::new(own.x_axis.x, own.y_axis.y, own.z_axis.z);
-            (flat(own), flat(carried))
+            (flat(DVec3::new(own.x_axis.x, own.y_axis.y, own.z_axis.z)), flat(carried))
         };
         let (diagonal, carried) = around.each(own).into_iter().unzip();
         let largest = viscosity.iter().copied().fold(0.0, f64::max);
@@ -177,18 +200,16 @@ impl<'a, const D: usize, const M: usize> System<'a, D, M> {
             Multigrid::new(&strong, &at[..around.number], around.spacing)
         });
         let places = at.iter().map(|at| flat(*at)).collect();
+        let raised = turns.iter().map(|turn| flat(turn.raised)).collect();
         let turns = turns.iter().map(|turn| (entries(turn.inverse), flat(turn.slope))).collect();
-        Self { stencils, places, turns, pairs, diagonal, carried, multigrid, shares, rates }
+        let start = start.iter().map(|u| flat(*u)).collect();
+        Self { stencils, start, places, turns, raised, pairs, diagonal, carried, multigrid, shares, rates }
     }
+}
 
-    /// Brings velocities in m/s to the end of the step under forces in N/m3; gives the iterations that it took.
-    pub(crate) fn advance(
-        &self,
-        forces: &[DVec3],
-        velocities: &mut [DVec3],
-        start: &[DVec3],
-    ) -> Result<usize, Failure> {
-        let old: Vec<[f64; D]> = start.iter().map(|u| flat(*u)).collect();
+impl<const D: usize, const M: usize> Viscous for System<'_, D, M> {
+    fn advance(&self, forces: &[DVec3], velocities: &mut [DVec3]) -> Result<usize, Failure> {
+        let old = &self.start;
         let mut kept = vec![[0.0; D]; old.len()];
         self.times(old.as_flattened(), kept.as_flattened_mut());
         let right = (0..old.len()).flat_map(|a| {
@@ -218,7 +239,7 @@ impl<const D: usize, const M: usize> Operator for System<'_, D, M> {
             own.iter().copied().chain(around.sources[around.number..].iter().map(mirrored)).collect();
         let row = |a: usize, to: &mut [f64; D]| {
             let (u, at, (inverse, slope)) = (&seen[a], &self.places[a], &self.turns[a]);
-            let (mut sum, mut turned) = (u.map(|u| self.rates[a] * u), [0.0; D]);
+            let (mut sum, mut turned) = ([0.0; D], [0.0; D]);
             for (n, pair) in self.stencils.near.of(a).iter().zip(&self.pairs[self.stencils.near.range(a)]) {
                 let (other, place) = (&seen[*n as usize], &self.places[*n as usize]);
                 let past: [f64; D] = std::array::from_fn(|k| u[k] - other[k]);
@@ -228,7 +249,11 @@ impl<const D: usize, const M: usize> Operator for System<'_, D, M> {
                     turned[k] += by * (place[k] - at[k]);
                 }
             }
-            *to = std::array::from_fn(|k| sum[k] + (0..D).map(|j| inverse[k][j] * turned[j]).sum::<f64>());
+            let (raised, rate) = (&self.raised[a], self.rates[a]);
+            let force: [f64; D] =
+                std::array::from_fn(|k| sum[k] + (0..D).map(|j| inverse[k][j] * turned[j]).sum::<f64>());
+            let across: f64 = raised.iter().zip(&force).map(|(raised, force)| raised * force).sum();
+            *to = std::array::from_fn(|k| rate * u[k] + force[k] + across * raised[k]);
         };
         around.fill(to.as_chunks_mut::<D>().0, row);
     }
@@ -240,7 +265,7 @@ impl<const D: usize, const M: usize> Operator for System<'_, D, M> {
 }
 
 /// 2 E grad mu in N/m3, for nodes that are not at the surface.
-pub(crate) fn bends(stencils: &Stencils, viscosity: &[f64], velocities: &[DVec3]) -> Vec<DVec3> {
+fn bends(stencils: &Stencils, viscosity: &[f64], velocities: &[DVec3]) -> Vec<DVec3> {
     let around = stencils.around;
     let (all, mu) = (around.velocities(velocities), around.mirrored(|source| viscosity[source.of]));
     around.each(|a| {

@@ -155,3 +155,44 @@ fn a_column_collapses_and_keeps_its_volume() {
     assert!((mean / 0.0375 - 1.0).abs() < 0.02, "{mean}");
     assert!(least > 0.5 && fastest(&nodes) < 0.02, "{least} {}", fastest(&nodes));
 }
+
+/// A block squeezed by V from both sides between plates along which it slides: as its other sides are free, the stress is the same everywhere, and the pressure 2 mu 2V/H (half of Trouton's viscosity in a plane), at the
+/// surface, too, however stiff the fluid.
+#[test]
+fn the_surface_bears_what_viscosity_pushes_out() {
+    let (half, height, speed, spacing) = (0.1, 0.1, 0.01, 0.00625);
+    let rate = 2.0 * speed / height;
+    for (viscosity, jitter) in [(100.0, 0.0), (1e5, 0.0), (100.0, 0.2), (1e5, 0.2)] {
+        let full = Body::Shape(Shape::Box { min: DVec3::ZERO, max: DVec3::new(half, 1.0, height) });
+        let mut random = Pcg64Mcg::seed_from_u64(5);
+        let mut off = || jitter * spacing * random.random_range(-1.0..1.0);
+        let positions = nodes(&full, spacing, Dimension::Two, 0.1);
+        let positions = positions.into_iter().map(|at| at + DVec3::new(off(), 0.0, off())).collect();
+        let slides = |point, normal, velocity| Wall {
+            motion: Motion::Uniform(velocity * DVec3::Z),
+            slip_length: f64::INFINITY,
+            ..wall(point, normal)
+        };
+        let walls = vec![
+            slides(DVec3::ZERO, DVec3::X, 0.0),
+            slides(DVec3::ZERO, DVec3::Z, speed),
+            slides(height * DVec3::Z, DVec3::NEG_Z, -speed),
+        ];
+        let space = Space { walls, ..Space::free(Dimension::Two, spacing) };
+        let still = Fluid { gravity: DVec3::ZERO, ..water(viscosity) };
+        let mut nodes = Nodes::new(positions, space, still, STEPPING);
+        while nodes.time() < 0.1 {
+            nodes.advance().unwrap();
+        }
+        let rate = rate / (1.0 - rate * nodes.time());
+        let exact = 2.0 * viscosity * rate;
+        let number = nodes.positions.len() as f64;
+        let mean = nodes.pressures.iter().sum::<f64>() / number / exact - 1.0;
+        let spread = nodes.pressures.iter().map(|p| (p / exact - 1.0 - mean).powi(2)).sum::<f64>() / number;
+        let moved = nodes.positions.iter().zip(&nodes.velocities);
+        let off = moved.map(|(at, u)| (u.x - rate * at.x).abs() / (rate * half)).fold(0.0, f64::max);
+        let (most, uneven) = if jitter == 0.0 { (0.01, 0.02) } else { (0.06, 0.1) };
+        let at = format!("{viscosity} Pa s, {jitter}: pressure {mean} {}, velocity {off}", spread.sqrt());
+        assert!(mean.abs() < most && spread.sqrt() < uneven && off < 0.03, "{at}");
+    }
+}
