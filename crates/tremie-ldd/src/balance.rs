@@ -52,7 +52,7 @@ impl Balance<'_> {
     pub(crate) fn find(
         &self,
         system: &dyn Viscous,
-        pressures: &mut Vec<f64>,
+        pressures: &mut [f64],
         velocities: &mut Vec<DVec3>,
         felt: &[f64],
         shear_rates: &[f64],
@@ -84,7 +84,7 @@ impl Balance<'_> {
         let (mut excess, mut stress) = left(&pushed, pressures, velocities);
         let mut tried: Vec<Tried> = Vec::new();
         while tried.len() < ROUNDS && !is_small(&stress, pressures) {
-            let (mut p, mut u) = (pressures.clone(), velocities.clone());
+            let (mut p, mut u) = (pressures.to_owned(), velocities.clone());
             add(&mut p, -1.0, &stress);
             poisson.settle(&mut p);
             let slopes = solve(&p, &mut u)?;
