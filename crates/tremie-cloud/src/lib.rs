@@ -22,6 +22,7 @@ mod operators;
 mod order;
 mod periodic;
 mod space;
+pub mod stiffness;
 mod surface;
 mod surroundings;
 

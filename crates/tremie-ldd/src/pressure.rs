@@ -5,24 +5,12 @@
 //! ```
 //!
 //! with u* what the velocities are under the pressure p; in the order of the paper p = 0 and u* = u (Basic 2021, Eq. 17). What the Laplacian sees of a pressure and the divergence of its gradient does not
-//! would add up from step to step if only the change of p were found, but if all of it is, the fluid is never quite free of divergence, the less the stiffer it is. So of div grad p the share
+//! would add up from step to step if only the change of p were found, but if all of it is, the fluid is never quite free of divergence, the less the stiffer it is. So of div grad p a share
+//! is told by the divergence and the rest by the Laplacian, as elements are stabilised that have velocity and pressure at the same nodes. Images in walls have the pressure of their nodes and the weight of the fluid between them.
 //!
-//! ```text
-//!     s = 1/(1 + 2 d mu dt/(rho D^2))
-//! ```
-//!
-//! is told by the divergence and the rest by the Laplacian (D: spacing): as elements are stabilised that have velocity and pressure at the same nodes (Hughes, Franca and Balestra 1986). Images in walls have the pressure of their nodes and the weight of the fluid between them.
-//!
-//! That p' makes u* free of divergence by dt/rho grad (p' - p), however stiff the fluid: by viscosities of many rho D^2/dt it would take as many steps to come to the pressure under which u* has none by itself. What the
-//! next step begins with is therefore
-//!
-//! ```text
-//!     p'' = p' - (1 - s) chi mu div u*,        at the surface    p'' = (1 - s^2) p' - (1 - s) chi mu div u*
-//! ```
-//!
-//! in which the first is the incremental projection in rotational form (Timmermans, Minev and van de Vosse 1996; Guermond, Minev and Shen 2006), and as fluid is stiffer, the method of Uzawa. Only it lets the surface have a
-//! pressure at all: what balances the viscous stress across it.
+//! What a step leaves besides, and what the surface bears, is in `tremie_cloud::stiffness`.
 
+use tremie_cloud::stiffness::Stiffness;
 use tremie_cloud::{Block, Failure, Gradients, Matrix, Method, Multigrid, Settings, Source, crowding, solve};
 use tremie_numerics::DVec3;
 
@@ -158,12 +146,9 @@ impl<'a> Poisson<'a> {
         }
     }
 
-    /// s, for a viscosity in Pa s and a step in s; and in m2/(Pa s) what of `rough` counts for a divergence without making what alternates between nodes grow.
-    fn shares(&self, viscosity: f64, step: f64) -> (f64, f64) {
+    fn stiffness(&self, step: f64) -> Stiffness {
         let around = self.stencils.around;
-        let inertia = self.fluid.density * around.spacing * around.spacing / step;
-        let stiff = 2.0 * around.dimension.number() as f64 * viscosity;
-        (inertia / (inertia + stiff), around.spacing * around.spacing / (inertia + 2.0 * stiff))
+        Stiffness::new(self.fluid.density, around.spacing, around.dimension.number(), step)
     }
 
     /// Brings `pressures` in Pa to those that take an excess away in a step in s, by viscosities in Pa s. Gives the iterations.
@@ -174,11 +159,11 @@ impl<'a> Poisson<'a> {
         viscosity: &[f64],
         step: f64,
     ) -> Result<usize, Failure> {
-        let rate = self.fluid.density / step;
+        let (rate, stiffness) = (self.fluid.density / step, self.stiffness(step));
         let mut bends = vec![0.0; pressures.len()];
         self.matrix.times(pressures, &mut bends);
         let source = |a: usize| {
-            let (told, _) = self.shares(viscosity[a], step);
+            let told = stiffness.inertia(viscosity[a]);
             let laplacian = self.weights[a].unwrap_or(0.0) - bends[a];
             match self.stencils.mute[a] {
                 true => (1.0 - told) * laplacian,
@@ -190,21 +175,20 @@ impl<'a> Poisson<'a> {
 
     /// By how much in Pa pressures are too large for steps in s to leave no excess by themselves, as far as that can be told node by node, by viscosities in Pa s.
     pub(crate) fn stress(&self, excess: &Excess, viscosity: &[f64], step: f64) -> Vec<f64> {
-        let stencils = self.stencils;
+        let (stencils, stiffness) = (self.stencils, self.stiffness(step));
         stencils.around.each(|a| {
-            let (told, soft) = self.shares(viscosity[a], step);
             // Who is mute is told by those around it.
             let answers = !stencils.loose[a] && (stencils.surface[a] || !stencils.mute[a]);
-            let stops = SHARE * viscosity[a] * (excess.divergence[a] + soft * excess.rough[a]);
-            if answers { (1.0 - told) * stops } else { 0.0 }
+            let (divergence, rough) = (excess.divergence[a], excess.rough[a]);
+            if answers { stiffness.excess(SHARE, viscosity[a], divergence, rough) } else { 0.0 }
         })
     }
 
     /// Takes off `pressures` in Pa what a `stress` in Pa wants, and at the surface what is left from when viscosities in Pa s were more to a step in s.
     pub(crate) fn follow(&self, pressures: &mut [f64], stress: &[f64], viscosity: &[f64], step: f64) {
+        let stiffness = self.stiffness(step);
         for (a, p) in pressures.iter_mut().enumerate() {
-            let (told, _) = self.shares(viscosity[a], step);
-            let kept = if self.stencils.surface[a] { 1.0 - told * told } else { 1.0 };
+            let kept = if self.stencils.surface[a] { stiffness.kept(viscosity[a]) } else { 1.0 };
             *p = kept * *p - stress[a];
         }
     }

@@ -1,5 +1,6 @@
 //! Weights of neighbours in derivatives at a moment.
 
+use tremie_cloud::stiffness::{self, raise, raised};
 use tremie_cloud::{Dimension, Gradients, Kernel, Neighbours, Smoothing, Surroundings};
 use tremie_numerics::{DMat3, DVec3};
 
@@ -13,8 +14,6 @@ const NEGATIVE: f64 = 0.2;
 
 /// Share of what a pressure drives apart around a node up to which the node itself may be pushed into its neighbours; at 1 it does nothing. The paper knows no such rule.
 const AGAINST: f64 = 0.5;
-/// Forces across the surface at most, over what the weights of the Laplacian make of them.
-const STEEPEST: f64 = 8.0;
 /// Share of neighbours, by weight, that must not be at the surface for a node that is not: in a sheet of two layers on a wall it is a half.
 const INNER: f64 = 0.3;
 
@@ -23,10 +22,6 @@ const INNER: f64 = 0.3;
 /// Gradients told from one side only are not the adjoints of divergences. A pressure p at a node alone changes its own divergence by dt/rho p (sum |g|^2 - |sum g|^2), g being the weights of its gradient:
 /// its neighbours are driven apart, but it is pushed into them itself, which makes momentum of nothing. Where the second is as good as the first, in thin sheets and spray, a pressure that answers to the node's own
 /// divergence would drive it on and on; so it is mute: its pressure is told by those around it. Who sees hardly anybody but such and the surface is at the surface itself.
-///
-/// A node at the surface bears on one side only, by o = sum c x, which points into the fluid: an even stress s pushes it with s o. As its pressure p is the one at the surface, it stands for what is within half a
-/// spacing of that, and across the surface o is raised until it is twice g = sum of the gradient's weights: of -grad p - p o, -p (o - g) is what its own pressure does to it, and that must drive it out, as it drives the others in,
-/// or nodes that stick out do so more and more. On a lattice grad p + p o is then (p_s + p_1)/D.
 pub(crate) struct Stencils<'a> {
     pub(crate) around: &'a Surroundings,
     /// Who is near enough for derivatives, and the weights W.
@@ -43,7 +38,7 @@ pub(crate) struct Stencils<'a> {
     pub(crate) loose: Vec<bool>,
     /// The way out of the fluid of those at the surface that are not loose; zero for others.
     pub(crate) outward: Vec<DVec3>,
-    /// By how much more than along it forces across the surface count at nodes there: r along their way out, if a force f counts as f + r (r . f).
+    /// By how much more than along it forces across the surface count at nodes there (`tremie_cloud::stiffness`).
     pub(crate) raised: Vec<DVec3>,
 }
 
@@ -116,19 +111,16 @@ impl<'a> Stencils<'a> {
             None => DVec3::ZERO,
         });
         let weights = gradients.into_weights();
-        let raised = around.each(|a| {
+        let raise = around.each(|a| {
             let range = near.range(a);
-            let sums = |(open, slope): (f64, f64), (n, (c, g)): (&u32, (&f64, &DVec3))| {
-                let x = around.positions[*n as usize] - around.positions[a];
-                (open + c * x.dot(outward[a]), slope + g.dot(outward[a]))
+            let sums = |(open, slope): (DVec3, DVec3), (n, (c, g)): (&u32, (&f64, &DVec3))| {
+                (open + *c * (around.positions[*n as usize] - around.positions[a]), slope + *g)
             };
             let pairs = near.of(a).iter().zip(laplacians[range.clone()].iter().zip(&slopes[range]));
-            let (open, slope) = pairs.fold((0.0, 0.0), sums);
-            // Zero for all that are not at the surface.
-            let more = if open < 0.0 { (2.0 * slope / open).clamp(1.0, STEEPEST) - 1.0 } else { 0.0 };
-            more.sqrt() * outward[a]
+            let (open, slope) = pairs.fold((DVec3::ZERO, DVec3::ZERO), sums);
+            raised(outward[a], open, slope)
         });
-        Self { around, near, weights, slopes, laplacians, surface, mute, loose, outward, raised }
+        Self { around, near, weights, slopes, laplacians, surface, mute, loose, outward, raised: raise }
     }
 
     /// Numbers of a node's neighbours, their weights in its gradients, and in its Laplacian.
@@ -150,7 +142,7 @@ impl<'a> Stencils<'a> {
         }
         let at = self.around.positions[node];
         let open: DVec3 = self.pairs(node).map(|(n, _, c)| c * (self.around.positions[n] - at)).sum();
-        open + self.raised[node].dot(open) * self.raised[node]
+        raise(self.raised[node]) * open
     }
 
     /// du_i/dx_j at a node, j counting columns.
@@ -188,15 +180,12 @@ impl<'a> Stencils<'a> {
         })
     }
 
-    /// Viscosities in Pa s by which nodes resist what is around them: the harmonic mean over neighbours of those between them.
+    /// Viscosities in Pa s that nodes feel.
     pub(crate) fn felt(&self, viscosity: &[f64]) -> Vec<f64> {
         self.around.each(|a| {
-            let near = self.near.of(a).iter().zip(&self.weights[self.near.range(a)]);
-            let sums = near.fold((0.0, 0.0), |(all, sum), (n, share)| {
-                let (one, other) = (viscosity[a], viscosity[self.around.of(*n as usize)]);
-                (all + share, sum + share * 0.5 * (1.0 / one + 1.0 / other))
-            });
-            if sums.0 > 0.0 { sums.0 / sums.1 } else { viscosity[a] }
+            let weights = &self.weights[self.near.range(a)];
+            let others = self.near.of(a).iter().map(|n| viscosity[self.around.of(*n as usize)]);
+            stiffness::felt(viscosity[a], weights.iter().copied().zip(others))
         })
     }
 

@@ -13,9 +13,10 @@
 //! Velocities are those half-way between places, and forces those at the places, so that half of the stress should be that of the old velocities u^n: all of it by the new ones is wrong by the first order in
 //! the step. As much of it is as leaves what it makes of the old ones a mean of them: a half of it up to a viscosity of rho/(dt sum c), and hardly any where fluid is stiff. The paper takes none.
 //!
-//! At the surface c is as in the lattice, and the sum over c x_ij points into the fluid: what is missing on the other side is the stress that is not there. Across the surface all of it is raised (module `stencils`).
+//! At the surface c is as in the lattice, and the sum over c x_ij points into the fluid: what is missing on the other side is the stress that is not there. Across the surface all of it is raised (`tremie_cloud::stiffness`).
 
 use rayon::prelude::*;
+use tremie_cloud::stiffness::raise;
 use tremie_cloud::{Block, Failure, Matrix, Method, Multigrid, Operator, Settings, Source, solve};
 use tremie_numerics::{DMat3, DVec3};
 use tremie_simulation::scattered::Pull;
@@ -66,10 +67,10 @@ struct Turn {
 
 impl Turn {
     fn block(&self, pair: &Pair, x: DVec3) -> DMat3 {
-        let (g, s, r) = (self.inverse * (pair.turning * x), self.slope, self.raised);
+        let (g, s) = (self.inverse * (pair.turning * x), self.slope);
         let block =
             DMat3::from_diagonal(DVec3::splat(pair.stiff)) + DMat3::from_cols(s.x * g, s.y * g, s.z * g);
-        block + DMat3::from_cols(r.x * r, r.y * r, r.z * r) * block
+        raise(self.raised) * block
     }
 }
 

@@ -6,7 +6,7 @@
 //!     x_h = x + dt/2 u                                       half-way: shear rates, and from them viscosities, are those there
 //!     u* = u + dt/rho (div(2 mu E*) + rho g - grad p)        at x_h, implicitly (module `viscosity`)
 //!     p'                                                     so that u' = u* - dt/rho grad (p' - p) is free of divergence at x* = x + dt/2 (u + u*) (module `pressure`)
-//!     u' = u* - dt/rho grad (p' - p)                         with the gradient at x_h
+//!     u' = u* - dt/rho grad (p' - p)                         with the gradient at x_h; and what the stress adds to p'
 //!     x' = x + dt/2 (u + u') and what brings particles back to order (modules `pressure`, `tremie_cloud::reorder`)
 //! ```
 //!
@@ -20,7 +20,7 @@ use tremie_rheology::FlowCurve;
 use crate::plate::Plate;
 use crate::pressure::{self, Poisson};
 use crate::three_steps::{PressureStep, WallParticle, wall_particles};
-use crate::viscosity::System;
+use crate::viscosity::{Openness, System, felt};
 
 /// What flows.
 #[derive(Debug, Clone, Copy)]
@@ -254,20 +254,22 @@ impl Particles {
         };
         let viscosity: Vec<f64> = self.shear_rates.iter().map(|rate| fluid.viscosity(*rate)).collect();
         let pushed = pressure::slopes(&half, &gradients, &fluid, &self.pressures);
-        let forces: Vec<DVec3> =
-            pushed.iter().map(|pushed| fluid.density * fluid.gravity - *pushed).collect();
         let surface = half.surface(&gradients);
+        let openness = Openness::new(&half, &gradients, &surface);
+        let weight = fluid.density * fluid.gravity;
+        let forces = pushed.iter().zip(&openness.open).zip(&self.pressures);
+        let forces: Vec<DVec3> = forces.map(|((pushed, open), p)| weight - *pushed - *p * *open).collect();
         let mut velocities = self.velocities.clone();
         let explicit = self.stepping.explicit;
         let diffusion = match space.dimension {
-            Dimension::Two => System::<2, 3>::new(&half, &surface, &viscosity).advance(
+            Dimension::Two => System::<2, 3>::new(&half, &surface, &openness, &viscosity).advance(
                 fluid.density,
                 &forces,
                 &mut velocities,
                 step,
                 explicit,
             )?,
-            Dimension::Three => System::<3, 6>::new(&half, &surface, &viscosity).advance(
+            Dimension::Three => System::<3, 6>::new(&half, &surface, &openness, &viscosity).advance(
                 fluid.density,
                 &forces,
                 &mut velocities,
@@ -278,11 +280,14 @@ impl Particles {
         let after = Surroundings::new(&go(0.5, &velocities), space, self.time + step, step);
         let poisson = Poisson::new(&after, &fluid);
         let mut pressures = self.pressures.clone();
-        let projection = poisson.project(&pushed, &mut pressures, &velocities, step)?;
+        poisson.settle(&mut pressures);
+        let felt = felt(&half, &viscosity);
+        let (projection, falls) = poisson.project(&pushed, &mut pressures, &velocities, &felt, step)?;
         let pushes = pressure::slopes(&half, &gradients, &fluid, &pressures);
         for (u, (new, old)) in velocities.iter_mut().zip(pushes.iter().zip(&pushed)) {
             *u -= step / fluid.density * (*new - *old);
         }
+        pressures.iter_mut().zip(&falls).for_each(|(p, falls)| *p -= falls);
         let spread = poisson.spread(past, step)?;
         let places: Vec<DVec3> = go(0.5, &velocities).iter().zip(spread).map(|(at, way)| *at + way).collect();
         self.iterations = [diffusion, projection];

@@ -9,14 +9,14 @@
 //! push out of the way, which makes them unstable where P is that of the step before, is in P(V).
 //!
 //! P is summed over the pairs of particles and their images in the wall: of the pressure (p_a + p_b) V^2 grad W, the gradient of the paper (Wu 2016, Eq. 19; 004, Eq. 26), over what a lattice has
-//! of it, and of viscosity what module `viscosity` has. The p of those at the free surface is here what balances the viscous stress across it.
+//! of it, and of viscosity what module `viscosity` has.
 
 use tremie_cloud::{Failure, Surroundings};
 use tremie_geometry::{Motion, Waypoint};
 use tremie_numerics::DVec3;
 
 use crate::particles::{Particles, shear_rates};
-use crate::pressure::{borne, pushes};
+use crate::pressure::pushes;
 use crate::viscosity::pulls;
 
 /// A wall that a load moves. In a plane force and mass are per metre of depth.
@@ -123,10 +123,9 @@ impl Particles {
         }
         let around = Surroundings::new(&self.positions, &self.space, self.time, step);
         let viscosity: Vec<f64> = self.shear_rates.iter().map(|rate| self.fluid.viscosity(*rate)).collect();
-        let pressures = borne(&around, &self.pressures, &viscosity, &self.velocities);
         let pulled = pulls(&around, &viscosity, &self.velocities);
         let pulled = pulled.into_iter().filter(|(wall, ..)| *wall == plate.wall);
         self.space.volume() * pulled.map(|(.., pull)| pull).sum::<DVec3>()
-            + pushes(&around, &self.fluid, &pressures, plate.wall)
+            + pushes(&around, &self.fluid, &self.pressures, plate.wall)
     }
 }

@@ -1,10 +1,11 @@
 //! What keeps the volume: the pressure, at the places x* at the end of the step,
 //!
 //! ```text
-//!     lap p' = div(rho u*/dt + grad p),    p' = 0 at the free surface,    d p'/dn = rho g . n at walls
+//!     lap p' = div(rho u*/dt + grad p),    p' = p at the free surface,    d p'/dn = rho g . n at walls
 //! ```
 //!
-//! All of it is found anew, not only its change: what the Laplacian sees of a pressure and the divergence of its gradient does not would add up from step to step.
+//! As far as inertia counts, all of it is found anew, not only its change: what the Laplacian sees of a pressure and the divergence of its gradient does not would add up from step to step. What a step leaves besides, and what the
+//! surface bears, is in `tremie_cloud::stiffness`.
 //!
 //! Particles are moved back to where they fill the volume evenly, too (`tremie_cloud::crowding`).
 //!
@@ -14,6 +15,7 @@
 //! Such operators are not each other's adjoints as those of the paper are, which alone keeps energy from growing; where neighbours are on one side only a pressure would even drive apart what
 //! it should hold together. So whoever has neighbours on one side only is at the surface.
 
+use tremie_cloud::stiffness::Stiffness;
 use tremie_cloud::{
     Failure, Gradients, Matrix, Method, Multigrid, Settings, Source, Surroundings, crowding, solve,
 };
@@ -22,10 +24,12 @@ use tremie_numerics::DVec3;
 use crate::Fluid;
 
 const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-7, iterations: 500 };
+/// chi of `tremie_cloud::stiffness`: radial pairs resist what diverges by three times the viscosity.
+const SHARE: f64 = 1.0;
 /// Places need not be as exact.
 const ROUGHLY: Settings = Settings { tolerance: 1e-2, ..SETTINGS };
 
-/// Problems of Poisson over particles, zero at the free surface.
+/// Problems of Poisson over particles, with values that are given at the free surface.
 pub(crate) struct Poisson<'a> {
     around: &'a Surroundings,
     fluid: &'a Fluid,
@@ -91,7 +95,8 @@ impl<'a> Poisson<'a> {
         values: &mut [f64],
     ) -> Result<usize, Failure> {
         let weight = |a: usize| if weighs { self.weights[a] } else { 0.0 };
-        let right = self.around.each(|a| if self.given[a] { 0.0 } else { weight(a) - source(a) });
+        let given = |a: usize| if weighs && self.surface[a] { values[a] } else { 0.0 };
+        let right = self.around.each(|a| if self.given[a] { given(a) } else { weight(a) - source(a) });
         Ok(solve(&self.matrix, Some(&self.multigrid), &right, values, settings)?.iterations)
     }
 
@@ -103,24 +108,49 @@ impl<'a> Poisson<'a> {
     }
 
     /// Finds the `pressures` in Pa that leave velocities in m/s without divergence, if those that were there before have changed them by their gradients `pushed` in Pa/m in a step in s.
-    /// Gives the iterations.
+    /// Gives the iterations, and what pressures in Pa are too large by after it, by viscosities in Pa s that particles feel.
     pub(crate) fn project(
         &self,
         pushed: &[DVec3],
         pressures: &mut [f64],
         velocities: &[DVec3],
+        viscosity: &[f64],
         step: f64,
-    ) -> Result<usize, Failure> {
+    ) -> Result<(usize, Vec<f64>), Failure> {
         let (around, fluid) = (self.around, self.fluid);
+        let stiffness = Stiffness::new(fluid.density, around.spacing, around.dimension.number(), step);
         let all = around.velocities(velocities);
         let weight = fluid.density * fluid.gravity;
         let pushes = around.mirrored(|source| weight + source.mirror * (pushed[source.of] - weight));
-        let source = |a: usize| {
-            let l = fluid.density / step * self.gradients.velocity_gradient(a, &all)
-                + self.gradients.velocity_gradient(a, &pushes);
+        let mut bends = vec![0.0; around.number];
+        self.matrix.times(pressures, &mut bends);
+        let divergence = |a: usize, of: &[DVec3]| {
+            let l = self.gradients.velocity_gradient(a, of);
             l.x_axis.x + l.y_axis.y + l.z_axis.z
         };
-        self.solve(source, true, &SETTINGS, pressures)
+        let laplacian = |a: usize| self.weights[a] - bends[a];
+        // What there is of divergence, and by how much div grad p is more than lap p.
+        let excess = around.each(|a| {
+            let rough = if self.given[a] { 0.0 } else { divergence(a, &pushes) - laplacian(a) };
+            (divergence(a, &all), rough)
+        });
+        let source = |a: usize| {
+            let (divergence, rough) = excess[a];
+            fluid.density / step * divergence + stiffness.inertia(viscosity[a]) * rough + laplacian(a)
+        };
+        let iterations = self.solve(source, true, &SETTINGS, pressures)?;
+        let falls = around.each(|a| {
+            let (divergence, rough) = excess[a];
+            let lost = if self.surface[a] { 1.0 - stiffness.kept(viscosity[a]) } else { 0.0 };
+            lost * pressures[a] + stiffness.excess(SHARE, viscosity[a], divergence, rough)
+        });
+        Ok((iterations, falls))
+    }
+
+    /// Takes pressures in Pa off those on whom nobody presses.
+    pub(crate) fn settle(&self, pressures: &mut [f64]) {
+        let alone = |a: usize| self.surface[a] && !self.gradients.tells(a);
+        pressures.iter_mut().enumerate().filter(|(a, _)| alone(*a)).for_each(|(_, p)| *p = 0.0);
     }
 
     /// Ways in m by which particles, which go so fast in m/s `past` others, come back to where they fill the volume evenly, in a step in s.
@@ -133,26 +163,6 @@ impl<'a> Poisson<'a> {
         let all = around.mirrored(|source| values[source.of]);
         Ok(around.each(|a| self.gradients.gradient(a, &all)))
     }
-}
-
-/// Pressures in Pa as they are borne, by viscosities in Pa s and velocities in m/s: the projection has zero for those at the surface, all of the viscous stress across which ends in them; what they
-/// stand for is under the pressure that balances it, `n . 2 mu E n` with n out of the fluid.
-pub(crate) fn borne(
-    around: &Surroundings,
-    pressures: &[f64],
-    viscosity: &[f64],
-    velocities: &[DVec3],
-) -> Vec<f64> {
-    let gradients = around.gradients();
-    let surface = around.surface(&gradients);
-    let seen = around.velocities(velocities);
-    around.each(|a| match gradients.leaning(a) {
-        Some(b) if surface[a] => {
-            let n = b.normalize_or_zero();
-            2.0 * viscosity[a] * n.dot(gradients.velocity_gradient(a, &seen) * n)
-        }
-        _ => pressures[a],
-    })
 }
 
 /// What pressures push on a wall, in N, or N/m in a plane.

@@ -12,12 +12,14 @@
 //! both, and wherever the rows of a lattice are that slide along each other.
 //!
 //! A particle at the surface has half of the pairs of others, and would bear half of the stress along it. So pairs stand for more where
-//! some are missing, `S_ab = (S_a + S_b)/2` with S_a the sum of f r^2 of a lattice over that around a: then what a particle dissipates is that of its shear rate, and still no stress goes through the surface.
+//! some are missing, `S_ab = (S_a + S_b)/2` with S_a the sum of f r^2 of a lattice over that around a: then what a particle dissipates is that of its shear rate, and still no stress goes through the surface. Across the surface forces
+//! on particles there are raised, and pressures push them as much (`tremie_cloud::stiffness`).
 //!
 //! Among disordered particles these forces are not zero where the shear rate is even, and what they set in motion makes the fluid too thin, by 1.2 % in Taylor's vortices. So where a particle has neighbours
 //! on all sides each is weighed by `1 - x_ab . b_a`, with the b of module `tremie_cloud::operators` for these weights, as in the Laplacian of Lagrangian differencing dynamics: 0.1 %. Right
 //! below a surface nothing is changed, or it would not be free of stress.
 
+use tremie_cloud::stiffness::{self, raise, raised};
 use tremie_cloud::{
     Block, Dimension, Failure, Gradients, Matrix, Method, Multigrid, Settings, Source, Surroundings, solve,
 };
@@ -112,16 +114,68 @@ fn flat<const D: usize>(vector: DVec3) -> [f64; D] {
     std::array::from_fn(|k| vector[AXES[D][k]])
 }
 
+/// How particles at the surface stand open to what is not there (`tremie_cloud::stiffness`); zero for others.
+pub(crate) struct Openness {
+    /// By how much more than along it forces across the surface count.
+    raised: Vec<DVec3>,
+    /// By what an even stress pushes, in 1/m.
+    pub(crate) open: Vec<DVec3>,
+}
+
+impl Openness {
+    /// By what gradients are formed with, of particles of which some are at the `surface`.
+    pub(crate) fn new(around: &Surroundings, gradients: &Gradients, surface: &[bool]) -> Self {
+        let even = vec![1.0; around.number];
+        let pair = pairs(around, &even);
+        let sides = (around.dimension.number() - 1) as f64;
+        let of = |a: usize| {
+            let leaning = surface[a].then(|| gradients.leaning(a)).flatten();
+            let (Some(leaning), Some(slopes)) = (leaning, gradients.slopes(a)) else {
+                return (DVec3::ZERO, DVec3::ZERO);
+            };
+            let normal = -leaning.normalize_or_zero();
+            // What pairs make of the strain that has the stress one across the surface, and is even along it.
+            let push = |(_, x, source): (usize, DVec3, &Source)| {
+                let through = x.dot(normal) * normal;
+                pair(x, a, source.of) * (0.5 * (through - (x - through) / sides))
+            };
+            let open: DVec3 = around.around(a).map(push).sum();
+            let raised = raised(normal, open, slopes.sum());
+            (raised, raise(raised) * open)
+        };
+        let (raised, open) = around.each(of).into_iter().unzip();
+        Self { raised, open }
+    }
+}
+
+/// Viscosities in Pa s that particles feel.
+pub(crate) fn felt(around: &Surroundings, viscosity: &[f64]) -> Vec<f64> {
+    let weight = weight(around);
+    around.each(|a| {
+        let pairs = around.around(a);
+        let pair = |(_, x, source): (usize, DVec3, &Source)| {
+            (weight(x.length()) * x.length_squared(), viscosity[source.of])
+        };
+        stiffness::felt(viscosity[a], pairs.map(pair))
+    })
+}
+
 impl<'a, const D: usize, const M: usize> System<'a, D, M> {
-    /// For apparent viscosities in Pa s of particles of which some are at the `surface`.
-    pub(crate) fn new(around: &'a Surroundings, surface: &[bool], viscosity: &[f64]) -> Self {
+    /// For apparent viscosities in Pa s of particles of which some are at the `surface`, and how they stand open there.
+    pub(crate) fn new(
+        around: &'a Surroundings,
+        surface: &[bool],
+        openness: &Openness,
+        viscosity: &[f64],
+    ) -> Self {
         let pair = pairs(around, viscosity);
         let lean = leaning(around, surface);
         Self::of(around, |a| {
             let mut row = Row::NONE;
+            let raise = raise(openness.raised[a]);
             for (_, x, source) in around.around(a) {
                 let block = (1.0 - x.dot(lean[a])) * pair(x, a, source.of);
-                row.add(a, source, block);
+                row.add(a, source, raise * block);
             }
             row
         })
@@ -265,12 +319,14 @@ mod tests {
         let before: Vec<DVec3> =
             positions.iter().map(|at| DVec3::new(at.z * at.z, 0.0, at.x * at.x)).collect();
         let (mut after, step) = (before.clone(), 0.02);
-        let surface = around.surface(&around.gradients());
+        let gradients = around.gradients();
+        let surface = around.surface(&gradients);
+        let openness = Openness::new(&around, &gradients, &surface);
         let still = vec![DVec3::ZERO; positions.len()];
         let solved = match dimension {
-            Dimension::Two => System::<2, 3>::new(&around, &surface, &viscosity)
+            Dimension::Two => System::<2, 3>::new(&around, &surface, &openness, &viscosity)
                 .advance(density, &still, &mut after, step, false),
-            Dimension::Three => System::<3, 6>::new(&around, &surface, &viscosity)
+            Dimension::Three => System::<3, 6>::new(&around, &surface, &openness, &viscosity)
                 .advance(density, &still, &mut after, step, false),
         };
         assert!(solved.is_ok(), "{solved:?}");

@@ -179,3 +179,46 @@ fn the_same_bits_on_any_number_of_threads() {
     };
     assert_eq!(with(1), with(3));
 }
+
+/// A block squeezed by V from both sides between plates along which it slides: as its other sides are free, the stress is the same everywhere, and the pressure 2 mu 2V/H (half of Trouton's viscosity in a plane), at the
+/// surface, too, however stiff the fluid.
+#[test]
+fn the_surface_bears_what_viscosity_pushes_out() {
+    let (half, height, speed, spacing) = (0.1, 0.1, 0.01, 0.00625);
+    let rate = 2.0 * speed / height;
+    for (viscosity, jitter) in [(100.0, 0.0), (1e5, 0.0), (100.0, 0.2), (1e5, 0.2)] {
+        let full = Body::Shape(Shape::Box { min: DVec3::ZERO, max: DVec3::new(half, 1.0, height) });
+        let mut random = Pcg64Mcg::seed_from_u64(5);
+        let mut off = || jitter * spacing * random.random_range(-1.0..1.0);
+        let positions = nodes(&full, spacing, Dimension::Two, 0.1);
+        let positions = positions.into_iter().map(|at| at + DVec3::new(off(), 0.0, off())).collect();
+        let slides = |point, normal, velocity| Wall {
+            motion: Motion::Uniform(velocity * DVec3::Z),
+            slip_length: f64::INFINITY,
+            ..wall(point, normal)
+        };
+        let walls = vec![
+            slides(DVec3::ZERO, DVec3::X, 0.0),
+            slides(DVec3::ZERO, DVec3::Z, speed),
+            slides(height * DVec3::Z, DVec3::NEG_Z, -speed),
+        ];
+        let space = Space { walls, ..Space::free(Dimension::Two, spacing) };
+        let still = Fluid { gravity: DVec3::ZERO, ..water(viscosity) };
+        let stepping = Stepping { courant: 0.2, longest: 0.01, explicit: false };
+        let mut particles = Particles::new(positions, space, still, stepping);
+        while particles.time() < 0.5 {
+            particles.advance().unwrap();
+        }
+        let rate = rate / (1.0 - rate * particles.time());
+        let exact = 2.0 * viscosity * rate;
+        let number = particles.positions.len() as f64;
+        let mean = particles.pressures.iter().sum::<f64>() / number / exact - 1.0;
+        let square = |p: &f64| (p / exact - 1.0 - mean).powi(2);
+        let uneven = (particles.pressures.iter().map(square).sum::<f64>() / number).sqrt();
+        let moved = particles.positions.iter().zip(&particles.velocities);
+        let off = moved.map(|(at, u)| (u.x - rate * at.x).abs() / (rate * half)).fold(0.0, f64::max);
+        let most = if jitter == 0.0 { [0.05, 0.06, 0.01] } else { [0.12, 0.15, 0.05] };
+        let found = [mean.abs(), uneven, off];
+        assert!(found.iter().zip(most).all(|(of, most)| *of < most), "{viscosity} Pa s, {jitter}: {found:?}");
+    }
+}
