@@ -255,12 +255,16 @@ impl Particles {
         let viscosity: Vec<f64> = self.shear_rates.iter().map(|rate| fluid.viscosity(*rate)).collect();
         let pushed = pressure::slopes(&half, &gradients, &fluid, &self.pressures);
         let surface = half.surface(&gradients);
-        let openness = Openness::new(&half, &gradients, &surface);
+        let explicit = self.stepping.explicit;
+        // Explicit steps follow by themselves, and are too long for forces that are raised.
+        let openness = match explicit {
+            true => Openness::none(half.number),
+            false => Openness::new(&half, &gradients, &surface),
+        };
         let weight = fluid.density * fluid.gravity;
         let forces = pushed.iter().zip(&openness.open).zip(&self.pressures);
         let forces: Vec<DVec3> = forces.map(|((pushed, open), p)| weight - *pushed - *p * *open).collect();
         let mut velocities = self.velocities.clone();
-        let explicit = self.stepping.explicit;
         let diffusion = match space.dimension {
             Dimension::Two => System::<2, 3>::new(&half, &surface, &openness, &viscosity).advance(
                 fluid.density,
@@ -281,7 +285,7 @@ impl Particles {
         let poisson = Poisson::new(&after, &fluid);
         let mut pressures = self.pressures.clone();
         poisson.settle(&mut pressures);
-        let felt = felt(&half, &viscosity);
+        let felt = if explicit { vec![0.0; half.number] } else { felt(&half, &viscosity) };
         let (projection, falls) = poisson.project(&pushed, &mut pressures, &velocities, &felt, step)?;
         let pushes = pressure::slopes(&half, &gradients, &fluid, &pressures);
         for (u, (new, old)) in velocities.iter_mut().zip(pushes.iter().zip(&pushed)) {

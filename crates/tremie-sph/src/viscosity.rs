@@ -123,6 +123,11 @@ pub(crate) struct Openness {
 }
 
 impl Openness {
+    /// Of so many particles that are pushed as if nobody were at the surface.
+    pub(crate) fn none(number: usize) -> Self {
+        Self { raised: vec![DVec3::ZERO; number], open: vec![DVec3::ZERO; number] }
+    }
+
     /// By what gradients are formed with, of particles of which some are at the `surface`.
     pub(crate) fn new(around: &Surroundings, gradients: &Gradients, surface: &[bool]) -> Self {
         let even = vec![1.0; around.number];
