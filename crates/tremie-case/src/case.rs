@@ -74,6 +74,8 @@ pub struct Material {
     pub thixotropy: Option<Thixotropy>,
     /// The structure that it has at the start and where it comes in, if nothing else is said.
     pub structure: f64,
+    /// Tension of its surface in N/m, zero or more.
+    pub surface_tension: f64,
 }
 
 /// The axis-parallel box in which the fluid flows, and what drives it.

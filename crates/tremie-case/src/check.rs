@@ -190,6 +190,7 @@ fn scheme(lbm: &Lbm, case: &Case, document: &Document<'_>) -> Result<(), Fault> 
         ("outlets and open sides", case.has_outlets()),
         ("batches", !case.batches().is_empty()),
         ("thixotropy", case.material.thixotropy.is_some()),
+        ("surface tension", case.material.surface_tension > 0.0),
     ];
     match unknown.into_iter().find(|(_, present)| *present) {
         Some((what, _)) => clash(
@@ -211,6 +212,7 @@ fn particles(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
         ("outlet", "outlets", !case.outlets.is_empty()),
         ("fluid", "batches", !case.batches().is_empty()),
         ("material.thixotropy", "thixotropy", case.material.thixotropy.is_some()),
+        ("material.surface_tension", "surface tension", case.material.surface_tension > 0.0),
     ];
     if let Some((key, what, _)) = unknown.into_iter().find(|(.., present)| *present) {
         let place = document.locate(key);

@@ -178,8 +178,14 @@ const MATERIAL: Section<Material> = {
         "lets the yield stress of a Bingham fluid grow at rest, and shear break it down again",
         THIXOTROPY,
     );
+    const TENSION: Or<Quantity> = or(
+        "surface_tension",
+        "\"0 N/m\"",
+        "tension of the free surface: counts where a yield stress is a few Pa and surfaces are curved by a few centimetres or less, as of pastes in small moulds (water: 0.072 N/m)",
+        quantity(Dimension::SURFACE_TENSION, Bound::NotNegative, "0.05 N/m"),
+    );
     Section {
-        keys: &[&DENSITY, &REGULARISATION_KEY, &THIXOTROPY_KEY, &FLOW_CURVES],
+        keys: &[&DENSITY, &REGULARISATION_KEY, &THIXOTROPY_KEY, &TENSION, &FLOW_CURVES],
         example: &[
             "density = \"2300 kg/m3\"",
             "bingham = { yield_stress = \"50 Pa\", plastic_viscosity = \"30 Pa s\" }",
@@ -192,8 +198,9 @@ const MATERIAL: Section<Material> = {
                     value.fault("has nothing to act on: the flow curve has no yield stress", "remove this")
                 })?;
             }
+            let surface_tension = t.or(&TENSION)?;
             let Some(value) = t.value("thixotropy") else {
-                return Ok(Material { density, curve, thixotropy: None, structure: 0.0 });
+                return Ok(Material { density, curve, thixotropy: None, structure: 0.0, surface_tension });
             };
             let Structured { build_up, breakdown, structure } = THIXOTROPY.read(&value)?;
             let yield_stress = match curve {
@@ -204,7 +211,7 @@ const MATERIAL: Section<Material> = {
                 }
             };
             let thixotropy = Some(Thixotropy { build_up_time: yield_stress / build_up, breakdown });
-            Ok(Material { density, curve, thixotropy, structure })
+            Ok(Material { density, curve, thixotropy, structure, surface_tension })
         },
     }
 };

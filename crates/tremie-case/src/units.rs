@@ -48,6 +48,8 @@ impl Dimension {
     pub const FILM_VISCOSITY: Self = Self([-2, 1, -1, 0]);
     /// Force, SI unit N.
     pub const FORCE: Self = Self([1, 1, -2, 0]);
+    /// Surface tension, SI unit N/m.
+    pub const SURFACE_TENSION: Self = Self([0, 1, -2, 0]);
     /// Torque, SI unit N m.
     pub const TORQUE: Self = Self([2, 1, -2, 0]);
     /// Torque per rate of revolutions, SI unit N m s.
@@ -72,6 +74,7 @@ impl Dimension {
         (Self::CONSISTENCY, "a consistency", &["Pa s^n"]),
         (Self::FILM_VISCOSITY, "a viscosity over a thickness", &["Pa s/m"]),
         (Self::FORCE, "a force", &["N"]),
+        (Self::SURFACE_TENSION, "a surface tension", &["N/m", "mN/m"]),
         (Self::TORQUE, "a torque", &["N m"]),
         (Self::TORQUE_PER_RATE, "a torque per rate", &["N m s"]),
     ];

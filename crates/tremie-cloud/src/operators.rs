@@ -25,7 +25,7 @@
 //! l and L being what meets the sums. That takes neighbours enough, within 2.1 spacings instead of 1.6 (Basic et al. 2018 have such, too); hardly any weight is negative on nodes off a lattice by up to a fifth of
 //! its spacing, and solutions converge with the second order on them.
 
-use tremie_numerics::{DMat3, DVec3};
+use tremie_numerics::{DMat3, DVec3, definite};
 
 use crate::{Dimension, Matrix, Neighbours};
 
@@ -59,40 +59,6 @@ fn inverse(mut moment: DMat3, dimension: Dimension) -> Option<DMat3> {
     // The determinant over that of as much in all directions bounds the smallest extent.
     let share = moment.determinant() / mean.powi(3);
     (share > LEAST && share.is_finite()).then(|| moment.inverse())
-}
-
-/// Solves A x = b with a positive definite matrix of which the lower half is given (Cholesky); none if it is as good as singular.
-fn definite<const N: usize>(mut a: [[f64; N]; N], mut b: [f64; N]) -> Option<[f64; N]> {
-    for j in 0..N {
-        let whole = a[j][j];
-        for k in 0..j {
-            a[j][j] -= a[j][k] * a[j][k];
-        }
-        if a[j][j].is_nan() || a[j][j] <= SINGULAR * whole {
-            return None;
-        }
-        // Kept the other way up: what divides is divided by once.
-        a[j][j] = 1.0 / a[j][j].sqrt();
-        for i in j + 1..N {
-            for k in 0..j {
-                a[i][j] -= a[i][k] * a[j][k];
-            }
-            a[i][j] *= a[j][j];
-        }
-    }
-    for i in 0..N {
-        for k in 0..i {
-            b[i] -= a[i][k] * b[k];
-        }
-        b[i] *= a[i][i];
-    }
-    for i in (0..N).rev() {
-        for k in i + 1..N {
-            b[i] -= a[k][i] * b[k];
-        }
-        b[i] *= a[i][i];
-    }
-    Some(b)
 }
 
 impl<'a> Gradients<'a> {
@@ -229,7 +195,7 @@ impl<'a> Gradients<'a> {
         }
         let mut met = [0.0; N];
         squares.iter().for_each(|k| met[*k] = 2.0 * unit * unit / whole);
-        let (factors, units) = (definite(moments, met)?, powers(DVec3::splat(unit)));
+        let (factors, units) = (definite::solve(moments, met, SINGULAR)?, powers(DVec3::splat(unit)));
         Some(std::array::from_fn(|k| factors[k] * units[k]))
     }
 

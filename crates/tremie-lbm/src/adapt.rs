@@ -39,7 +39,7 @@ pub(crate) struct Look {
     pub(crate) time: f64,
     /// Speed that 99 % of the fluid does not exceed.
     pub(crate) speed: f64,
-    /// Relative density error of the hydrostatic pressure.
+    /// Relative density error of the hydrostatic pressure, and of that of surface tension.
     pub(crate) hydrostatic_error: f64,
     /// Viscosity.
     pub(crate) viscosity: f64,

@@ -10,6 +10,7 @@ use crate::inlet::Inlets;
 use crate::lattice::{C, Q};
 use crate::real::Real;
 use crate::solids::Solids;
+use crate::tension::Tension;
 use crate::topology::{AIR, Boundary, CELLS, EDGE, Links, OUTSIDE, ROWS, Topology};
 use crate::values::Values;
 
@@ -114,6 +115,8 @@ pub(crate) struct Grid<T: Real> {
     pub(crate) immersed: Immersed<T>,
     /// Bars too thin for the cells.
     pub(crate) cages: Cages,
+    /// What the surface presses by its tension, if it has any.
+    pub(crate) tension: Option<Tension<T>>,
     /// Blocks whose surroundings changed since their rows were last sorted into bulk and surface.
     pub(crate) stale: Vec<bool>,
     /// Cells that hold fluid.
@@ -128,6 +131,7 @@ impl<T: Real> Grid<T> {
         carried: Carried,
         immersed: Immersed<T>,
         cages: Cages,
+        tension: Option<Tension<T>>,
     ) -> Self {
         let blocks = topology.blocks.iter().product();
         let mut grid = Self {
@@ -147,6 +151,7 @@ impl<T: Real> Grid<T> {
             carried,
             immersed,
             cages,
+            tension,
             stale: Vec::new(),
             wet: 0,
         };
@@ -286,7 +291,8 @@ impl<T: Real> Grid<T> {
     pub(crate) fn restored(&self, places: &[u32], free: &[u32]) -> Option<Self> {
         let (solids, inlets, carried) = (self.solids.clone(), self.inlets.clone(), self.carried.emptied());
         let (immersed, cages) = (self.immersed.emptied(), self.cages.emptied());
-        let mut grid = Self::new(self.topology.clone(), solids, inlets, carried, immersed, cages);
+        let tension = self.tension.as_ref().map(Tension::emptied);
+        let mut grid = Self::new(self.topology.clone(), solids, inlets, carried, immersed, cages, tension);
         for place in places.chunks_exact(3) {
             let slot = grid.push() as usize;
             if place == [u32::MAX; 3] {
@@ -363,6 +369,7 @@ impl<T: Real> Grid<T> {
             + self.carried.bytes()
             + self.immersed.bytes()
             + self.cages.bytes()
+            + self.tension.as_ref().map_or(0, Tension::bytes)
             + self.slot_of.len() * size_of::<u32>()
     }
 }

@@ -55,6 +55,7 @@ mod surface;
 mod sweep;
 mod table;
 mod tabulated;
+mod tension;
 mod textbook;
 mod together;
 mod topology;

@@ -132,7 +132,8 @@ impl Plan {
             lattice_speed: lbm.lattice_speed,
             hydrostatic_error: lbm.hydrostatic_error,
         };
-        let flow = Flow { viscosity, density, gravity, height, speed };
+        let tension = case.material.surface_tension;
+        let flow = Flow { viscosity, density, gravity, height, tension, speed };
         let chosen = lbm.time_step.unwrap_or_else(|| time_step(lbm.cell_size, &flow, &limits));
         let scaling = Scaling { cell_size: lbm.cell_size, time_step: chosen, density };
         let wet_cells = fluid_volume(case) / lbm.cell_size.powi(3);

@@ -39,8 +39,9 @@ const fn place(axis: usize, u: usize, v: usize, w: usize) -> usize {
 
 /// Least part of the normal along any axis: keeps the quotients far from rounding.
 const LEAST: f64 = 0.01;
-/// Turns of Newton's method: with three the volume is right within 0.004 (a test).
+/// Turns of Newton's method: with three the volume is right within 0.004 (a test); and as many as make it right to some digits.
 const TURNS: usize = 3;
+const MORE_TURNS: usize = 6;
 /// A slope that means that there is none.
 const STEEP: f64 = 1e6;
 /// A fill that means nothing.
@@ -55,7 +56,7 @@ fn sign<T: Real>(x: Lanes<T>) -> Lanes<T> {
 
 /// Normal out of the fluid, its parts' sizes adding up to 1; zero where nothing tells it.
 #[inline(always)]
-fn normal<T: Real>(fill: &Around<T>) -> [Lanes<T>; 3] {
+pub(crate) fn normal<T: Real>(fill: &Around<T>) -> [Lanes<T>; 3] {
     let all = Lanes::<T>::from_f64;
     let (zero, half, one, two, none, steep) = (all(0.0), all(0.5), all(1.0), all(2.0), all(NONE), all(STEEP));
     let mut rise = [zero; 3];
@@ -110,7 +111,7 @@ fn over<T: Real>(x: Lanes<T>) -> Lanes<T> {
 
 /// Where the plane lies: `a` such that `m . x < a` has the volume `fill` in the unit cube.
 #[inline(always)]
-fn offset<T: Real>(m: [Lanes<T>; 3], fill: Lanes<T>) -> Lanes<T> {
+fn offset<T: Real, const TURNS: usize>(m: [Lanes<T>; 3], fill: Lanes<T>) -> Lanes<T> {
     let all = Lanes::<T>::from_f64;
     let (half, one, three) = (all(0.5), all(1.0), all(3.0));
     let least = smaller(fill, one - fill);
@@ -131,6 +132,17 @@ fn offset<T: Real>(m: [Lanes<T>; 3], fill: Lanes<T>) -> Lanes<T> {
         a = smaller(over(a - step), half);
     }
     Lanes::where_greater(fill, half, one - a, a)
+}
+
+/// How far in cells the plane of a normal, which cuts off `fill`, lies from the middle of its cell, out of the fluid.
+#[inline(always)]
+pub(crate) fn depth<T: Real>(normal: [Lanes<T>; 3], fill: Lanes<T>) -> Lanes<T> {
+    let m = normal.map(|n| larger(n.abs(), Lanes::from_f64(LEAST)));
+    let (sum, square) = (m[0] + m[1] + m[2], m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
+    let scale = Lanes::ONE / sum;
+    let within = smaller(over(fill), Lanes::ONE);
+    let middle = Lanes::from_f64(0.5);
+    (offset::<T, MORE_TURNS>(m.map(|m| m * scale), within) - middle) * sum / square.sqrt()
 }
 
 /// Wet share of the square that the plane `p x + q y < a` cuts, with `scale = 1 / (2 p q)`.
@@ -157,7 +169,7 @@ fn shares<T: Real>(normal: [Lanes<T>; 3], fill: Lanes<T>, velocity: [Lanes<T>; 3
         ahead[a] = half * scale * normal[a] * velocity[a];
     }
     let within = smaller(over(fill), one);
-    let a = offset(m, within);
+    let a = offset::<T, TURNS>(m, within);
     let known = normal[0].abs() + normal[1].abs() + normal[2].abs();
     let mut shares = [zero; 6];
     for axis in 0..3 {
@@ -210,7 +222,7 @@ pub(crate) fn velocities<T: Real>(
 
 /// The fills around the cells of a row; beyond a wall the surface goes on mirrored.
 #[inline(always)]
-fn around<T: Real>(fills: &Fills<'_, T>, row: &SurfaceRow) -> Around<T> {
+pub(crate) fn around<T: Real>(fills: &Fills<'_, T>, row: &SurfaceRow) -> Around<T> {
     let mut fill = [Lanes::from_f64(0.0); 27];
     for (n, fill) in fill.chunks_exact_mut(3).enumerate() {
         let [y, z] = [n % 3, n / 3].map(|at| 1 - at as i32);
@@ -301,7 +313,7 @@ mod tests {
                 let m = n.map(|x| x.max(LEAST));
                 let m = m.map(|x| x / m.iter().sum::<f64>());
                 let volume =
-                    count(m, offset(m.map(Lanes::from_f64), Lanes::<f64>::from_f64(fill)).0[0], None);
+                    count(m, offset::<f64, TURNS>(m.map(Lanes::from_f64), Lanes::from_f64(fill)).0[0], None);
                 assert!((volume - fill).abs() < 4e-3, "{n:?}: {volume} for {fill}");
             }
         }
@@ -313,7 +325,7 @@ mod tests {
             for fill in [0.1, 0.4, 0.8] {
                 let m = n.map(|x| x.max(LEAST));
                 let m = m.map(|x| x / m.iter().sum::<f64>());
-                let a = offset(m.map(Lanes::from_f64), Lanes::<f64>::from_f64(fill)).0[0];
+                let a = offset::<f64, TURNS>(m.map(Lanes::from_f64), Lanes::from_f64(fill)).0[0];
                 let at_rest =
                     shares(n.map(Lanes::from_f64), Lanes::<f64>::from_f64(fill), [Lanes::from_f64(0.0); 3]);
                 for axis in (0..3).filter(|axis| n[*axis] > 0.0) {

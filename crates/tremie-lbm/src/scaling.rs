@@ -1,11 +1,12 @@
 //! Between SI units and lattice units, in which the cell size, the time step and the fluid's density are 1.
 //!
-//! The time step is the largest that keeps three numbers in hand (Svec 2013, section 1.10.2, for the first):
+//! The time step is the largest that keeps four numbers in hand (Svec 2013, section 1.10.2, for the first):
 //!
 //! ```text
 //!     dt <= nu_lattice dx^2 / nu            lattice viscosity near its most accurate value
 //!     dt <= u_lattice dx / u_ref            speed well below that of sound (1/sqrt 3)
 //!     dt <= dx sqrt(e / (3 g H))            hydrostatic pressure changes the density by no more than e
+//!     dt <= dx sqrt(e rho dx / (3 sigma))   nor does a surface as curved as 1/dx: waves of a few cells by surface tension are slow then, too
 //! ```
 
 /// Scales of a run.
@@ -40,6 +41,11 @@ impl Scaling {
         si / self.density * (self.time_step / self.cell_size).powi(2)
     }
 
+    /// Lattice tension of a surface tension in N/m.
+    pub fn tension(&self, si: f64) -> f64 {
+        self.stress(si / self.cell_size)
+    }
+
     /// Velocity in m/s of one lattice unit.
     pub fn velocity_unit(&self) -> f64 {
         self.cell_size / self.time_step
@@ -48,6 +54,11 @@ impl Scaling {
     /// Stress in Pa of one lattice unit.
     pub fn stress_unit(&self) -> f64 {
         self.density * self.velocity_unit().powi(2)
+    }
+
+    /// Relative density error of the pressure in a drop of a radius of two cells, with a surface tension in N/m.
+    pub fn capillary_error(&self, tension: f64) -> f64 {
+        3.0 * self.tension(tension)
     }
 
     /// Relative density error of the hydrostatic pressure under `height` m of fluid at `gravity` m/s2.
@@ -78,6 +89,8 @@ pub struct Flow {
     pub gravity: f64,
     /// Height of the fluid along gravity in m.
     pub height: f64,
+    /// Surface tension in N/m.
+    pub tension: f64,
     /// Speed in m/s that the fluid may reach: the largest of sqrt(2 g H) and the speeds given in the case.
     pub speed: f64,
 }
@@ -87,7 +100,9 @@ pub fn time_step(cell_size: f64, flow: &Flow, limits: &Limits) -> f64 {
     let by_viscosity = limits.lattice_viscosity * cell_size * cell_size * flow.density / flow.viscosity;
     let by_speed = limits.lattice_speed * cell_size / flow.speed;
     let by_pressure = cell_size * (limits.hydrostatic_error / (3.0 * flow.gravity * flow.height)).sqrt();
-    by_viscosity.min(by_speed).min(by_pressure)
+    let by_tension =
+        cell_size * (limits.hydrostatic_error * flow.density * cell_size / (3.0 * flow.tension)).sqrt();
+    by_viscosity.min(by_speed).min(by_pressure).min(by_tension)
 }
 
 #[cfg(test)]
@@ -97,7 +112,8 @@ mod tests {
     #[test]
     fn worked_example_of_the_thesis() {
         // Svec 2013, 1.10.2: 0.5 m over 20 cells, 100 Pa s at nu = 0.15, 2500 kg/m3.
-        let flow = Flow { viscosity: 100.0, density: 2500.0, gravity: 0.0, height: 0.0, speed: 0.0 };
+        let flow =
+            Flow { viscosity: 100.0, density: 2500.0, gravity: 0.0, height: 0.0, tension: 0.0, speed: 0.0 };
         let limits = Limits { lattice_viscosity: 0.15, lattice_speed: 0.1, hydrostatic_error: 0.02 };
         let scaling =
             Scaling { cell_size: 0.025, time_step: time_step(0.025, &flow, &limits), density: 2500.0 };

@@ -32,6 +32,7 @@ use crate::standing::Braking;
 use crate::stream::Findings;
 use crate::structure::STRUCTURE;
 use crate::surface::Ledger;
+use crate::tension::Tension;
 use crate::textbook;
 use crate::topology::{Boundary, CELLS, EDGE, Topology};
 
@@ -162,7 +163,8 @@ fn grid<T: Real>(case: &Case, scaling: &Scaling, immersed: bool) -> Grid<T> {
     let carried = Carried::new(batches.len(), structured, case.inlets.iter().map(inflow).collect());
     let immersed = Immersed::new(immersed);
     let (solids, inlets, cages) = (Solids::new(case, scaling), Inlets::new(case), Cages::new(case, scaling));
-    Grid::new(topology(case, scaling), solids, inlets, carried, immersed, cages)
+    let tension = Tension::new(case, scaling);
+    Grid::new(topology(case, scaling), solids, inlets, carried, immersed, cages, tension)
 }
 
 /// What drives and resists, for a length of the time step.
@@ -172,7 +174,7 @@ fn fluid<T: Real>(case: &Case, scaling: &Scaling) -> Fluid<T> {
 
 impl<T: Real> FreeSurface<T> {
     /// The case at time zero, with bodies in it.
-    fn new(case: &Case, mut suspension: Option<Suspension>) -> Self {
+    pub(crate) fn new(case: &Case, mut suspension: Option<Suspension>) -> Self {
         let passage = suspension.as_mut().map(|suspension| Passage::new(case, &mut suspension.inclusions));
         let scaling = Plan::new(case).scaling;
         let immersed = suspension.is_some();
@@ -411,6 +413,7 @@ impl<T: Real> FreeSurface<T> {
                 .max(self.scaling.velocity(self.solid_speed()))
                 .max(self.scaling.velocity(inflow_speed(&self.case, self.time))),
             hydrostatic_error: self.scaling.hydrostatic_error(gravity, height)
+                + self.scaling.capillary_error(self.case.material.surface_tension)
                 + 3.0 * self.plate.map_or(0.0, |plate| plate.pressure),
             viscosity: self.scaling.viscosity(self.case.material.curve.plastic_viscosity()),
             fall: (2.0 * height / falling).sqrt(),
@@ -429,6 +432,9 @@ impl<T: Real> FreeSurface<T> {
         self.fluid = fluid(&self.case, &self.scaling);
         self.grid.topology = topology(&self.case, &self.scaling);
         self.grid.cages.rescale(&self.scaling);
+        if let Some(tension) = &mut self.grid.tension {
+            tension.rescale(&self.scaling);
+        }
         self.grid.solids.rescale(&self.scaling);
         self.grid.reweigh();
     }
@@ -441,6 +447,7 @@ impl<T: Real> FreeSurface<T> {
         self.grid.solids.air = self.grid.solids.any() && self.grid.kinds.iter().flatten().any(interface);
         self.grid.sort_rows(&mut self.rows);
         self.grid.reconstruct(&self.rows, self.fluid.gravity());
+        self.grid.bend(&self.rows);
     }
 
     /// Counts what came in and left in the step that has just been taken.
@@ -750,6 +757,9 @@ impl<T: Real> Simulation for FreeSurface<T> {
         self.grid = grid;
         self.grid.topology = topology(&self.case, &self.scaling);
         self.grid.cages.rescale(&self.scaling);
+        if let Some(tension) = &mut self.grid.tension {
+            tension.rescale(&self.scaling);
+        }
         self.grid.solids.rescale(&self.scaling);
         if let Some(plate) = &mut self.plate {
             [plate.way, plate.speed] =

@@ -4,7 +4,7 @@ use tremie_numerics::DVec3;
 
 use crate::cage::{Arrived, Block, Cages};
 use crate::collision::{Drive, Held, density_and_momentum, moments};
-use crate::grid::Field;
+use crate::grid::{Field, Fill};
 use crate::immersed::Vectors;
 use crate::inlet::Inlets;
 use crate::lanes::{LANES, Lanes};
@@ -13,6 +13,7 @@ use crate::loads::Loads;
 use crate::real::{Number, Real};
 use crate::rows::{Beside, upstream};
 use crate::solids::Solids;
+use crate::tension::Tension;
 use crate::together::Pushes;
 use crate::topology::{Links, Topology};
 use crate::values::Values;
@@ -110,6 +111,8 @@ pub(crate) struct Source<'a, T: Real> {
     pushes: Option<&'a Vectors<T>>,
     /// The cages in the block, where there are any.
     cages: Option<Block<'a>>,
+    /// By how much the density of the air is more than 1 in the block's interface cells, where surface tension presses.
+    pressed: Option<&'a Fill<T>>,
 }
 
 impl<'a, T: Real> Source<'a, T> {
@@ -140,6 +143,7 @@ impl<'a, T: Real> Source<'a, T> {
             structure: &[],
             pushes: None,
             cages: None,
+            pressed: None,
         }
     }
 
@@ -151,6 +155,17 @@ impl<'a, T: Real> Source<'a, T> {
     /// The same with the cages in the block.
     pub(crate) fn caged(self, cages: &'a Cages) -> Self {
         Self { cages: Some(cages.block(self.slot)), ..self }
+    }
+
+    /// The same with what the surface presses by its tension.
+    pub(crate) fn pressed(self, tension: Option<&'a Tension<T>>) -> Self {
+        Self { pressed: tension.and_then(|tension| tension.excess(self.slot)), ..self }
+    }
+
+    /// By how much the density of the air before a row whose first cell is `first` is more than 1.
+    #[inline(always)]
+    pub(crate) fn air(&self, first: usize) -> Lanes<T> {
+        self.pressed.map_or(Lanes::ZERO, |pressed| pressed.lanes(0, first))
     }
 
     /// Forces on the cells of a row whose first cell is `first`, with those of cages; none where there is no cage.

@@ -114,9 +114,9 @@ impl<'a, T: Real> Source<'a, T> {
     #[inline(always)]
     fn meet_air(&self, around: &SurfaceRow, surface: &Shapes<'_, T>, f: &mut [Lanes<T>; Q]) {
         let first = first_of(around.row);
-        // The gas has density 1 and moves with the fluid.
+        // The gas has density 1, and more where surface tension presses, and moves with the fluid.
         let u = by_axis(|axis| surface.own.lanes(VELOCITY + axis, first));
-        let square = Lanes::from_f64(1.5) * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+        let square = Lanes::from_f64(1.5) * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]) - self.air(first);
         each_pair!(P, {
             let (a, b) = (2 * P + 1, 2 * P + 2);
             let (from_a, from_b) = (around.missing[a], around.missing[b]);
@@ -510,9 +510,22 @@ impl<T: Real> Grid<T> {
     ) {
         findings.resize(self.len(), Findings::default());
         let past_caches = self.slots().count() * 2 * size_of::<Field<T>>() > CACHES;
-        let Self { topology, solids, inlets, links, front, back, fills, shape, mass, carried, cages, .. } =
-            self;
-        let cages: &Cages = cages;
+        let Self {
+            topology,
+            solids,
+            inlets,
+            links,
+            front,
+            back,
+            fills,
+            shape,
+            mass,
+            carried,
+            cages,
+            tension,
+            ..
+        } = self;
+        let (cages, tension): (&Cages, _) = (cages, tension.as_ref());
         let (seen, last, pushes) = self.immersed.split();
         (
             back.par_iter_mut(),
@@ -532,7 +545,8 @@ impl<T: Real> Grid<T> {
                 if !rows[slot].is_empty() {
                     let source = Source::new(topology, solids, inlets, &links[slot], front, slot)
                         .with(carried.structure(slot), pushes[slot].as_deref())
-                        .caged(cages);
+                        .caged(cages)
+                        .pressed(tension);
                     let surface = Shapes::new(&links[slot], shape, slot);
                     let ahead = Ahead::of(slot, rows, links, front, shape);
                     let seen = seen.as_deref_mut().zip(last.as_deref_mut());
@@ -577,12 +591,25 @@ impl<T: Real> Grid<T> {
         mut loads: Option<&mut Loads>,
         mut see: impl FnMut(usize, &Moments<T>, T),
     ) {
-        let Self { topology, solids, inlets, links, front, fills, shape, carried, immersed, cages, .. } =
-            self;
+        let Self {
+            topology,
+            solids,
+            inlets,
+            links,
+            front,
+            fills,
+            shape,
+            carried,
+            immersed,
+            cages,
+            tension,
+            ..
+        } = self;
         let fill = &fills[slot];
         let source = Source::new(topology, solids, inlets, &links[slot], front, slot)
             .with(carried.structure(slot), immersed.pushes(slot))
-            .caged(cages);
+            .caged(cages)
+            .pressed(tension.as_ref());
         let surface = Shapes::new(&links[slot], shape, slot);
         let mut mass = self.mass[slot].clone();
         let mut swept = 0.0;

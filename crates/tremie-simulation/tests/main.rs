@@ -198,6 +198,7 @@ fn case() -> Case {
             curve: FlowCurve::Newtonian { viscosity: 1.0 },
             thixotropy: None,
             structure: 0.0,
+            surface_tension: 0.0,
         },
         domain: Domain {
             min: DVec3::ZERO,

@@ -40,6 +40,8 @@ pub(crate) struct Numbers {
     title: String,
     stop_time: f64,
     stops_at_rest: bool,
+    /// Whether surface tension pulls at the fluid.
+    drawn: bool,
 }
 
 impl Numbers {
@@ -53,6 +55,7 @@ impl Numbers {
             title: case.title.clone(),
             stop_time: case.stop.time,
             stops_at_rest: case.stop.rest.is_some(),
+            drawn: case.material.surface_tension > 0.0,
         }
     }
 
@@ -205,7 +208,10 @@ impl Numbers {
                 warnings.push(text);
             }
         };
-        warn(speed == 0.0, "nothing drives the fluid: gravity and all velocities are zero".to_owned());
+        warn(
+            speed == 0.0 && !self.drawn,
+            "nothing drives the fluid: gravity and all velocities are zero".to_owned(),
+        );
         warn(
             self.cells_across < CELLS_ACROSS,
             format!(

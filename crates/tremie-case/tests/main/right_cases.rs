@@ -23,6 +23,7 @@ fn every_value_arrives_in_si_units() {
             curve: FlowCurve::Bingham { yield_stress: 50.0, plastic_viscosity: 30.0 },
             thixotropy: None,
             structure: 0.0,
+            surface_tension: 0.0,
         },
         domain: Domain {
             min: DVec3::ZERO,
@@ -116,7 +117,8 @@ fn inline_tables_and_dotted_keys_do_as_well_as_headers() {
             density: 1000.0,
             curve: FlowCurve::Newtonian { viscosity: 1.0 },
             thixotropy: None,
-            structure: 0.0
+            structure: 0.0,
+            surface_tension: 0.0,
         }
     );
     assert_eq!(case.domain.sides[0..4], [Side::Periodic; 4]);

@@ -41,7 +41,7 @@ const MISTAKES: &[Mistake] = &[
         "[material.wax]",
         6,
         11,
-        "known keys: density, regularisation, thixotropy, newtonian, bingham",
+        "known keys: density, regularisation, thixotropy, surface_tension, newtonian, bingham",
     ),
     mistake("[material.bingham]", "[material.power_law]", 7, 1, "known keys: consistency, index"),
     mistake("x_min", "left", 15, 1, "known keys: x_min, x_max, y_min"),
@@ -56,6 +56,21 @@ const MISTAKES: &[Mistake] = &[
         "must not be negative",
     ),
     mistake("[gauges]", "[gauges]\nfilling = { dead = \"1 1/s\" }", 34, 13, "there is no key `dead`"),
+    // Surface tension.
+    mistake(
+        "[material.bingham]",
+        "surface_tension = \"-0.07 N/m\"\n[material.bingham]",
+        6,
+        19,
+        "must not be negative",
+    ),
+    mistake(
+        "[material.bingham]",
+        "surface_tension = \"0.07 N\"\n[material.bingham]",
+        6,
+        19,
+        "0.07 N is a force, not a surface tension",
+    ),
     // Thixotropy.
     mistake(
         BINGHAM,
@@ -625,6 +640,11 @@ fn what_particles_do_not_know_is_told() {
     for (right, wrong, says) in [
         ("[isph]", inlet, ["the method `isph` does not know inlets", "write method = \"lbm\""]),
         ("x_max = \"wall\"", film, ["knows no walls with a film", "a slip length"]),
+        (
+            "[material.bingham]",
+            "surface_tension = \"0.05 N/m\"\n[material.bingham]",
+            ["the method `isph` does not know surface tension", "leave this out"],
+        ),
         ("spacing = \"10 mm\"", "spacing = \"7 mm\"", ["64.29 cells along x", "\"0.448 m\""]),
         ("spacing = \"10 mm\"", "", ["`isph.spacing` is missing", "spacing ="]),
     ] {

@@ -161,6 +161,9 @@ fn material(evidence: &Evidence) -> Rows {
         rows.push(("build-up at rest (Athix)", format!("{} Pa/s", significant(build_up))));
         rows.push(("breakdown", significant(thixotropy.breakdown)));
     }
+    if material.surface_tension > 0.0 {
+        rows.push(("surface tension", format!("{} N/m", significant(material.surface_tension))));
+    }
     rows.push(("volume", format!("{} litres", significant(1e3 * evidence.first_volume()))));
     rows
 }

@@ -1,6 +1,6 @@
 //! `tremie validate`: benchmarks against closed forms, published numbers and invariances.
 //!
-//! Each benchmark is a folder of `validation/`, built into the program, and a function in `scales`, `channel`, `pipe`, `thixotropy`, `slip`, `cavity`,
+//! Each benchmark is a folder of `validation/`, built into the program, and a function in `scales`, `channel`, `pipe`, `thixotropy`, `tension`, `slip`, `cavity`,
 //! `surface`, `collapse`, `l_box`, `lcpc_box`, `control_volume`, `drag`, `momentum`, `fibre_field`, `orbit`, `settling`, `mixture`, `slab`, `slump`, `stl`, `wake`, `fracture` or `invariance`; `benchmark` is
 //! what they share, `flow` how they drive a simulation, `shear` how they shear bodies, `report` what is shown.
 //! A new one is a folder, a function, and a line in `BENCHMARKS`.
@@ -38,6 +38,7 @@ mod slump;
 mod squeeze;
 mod stl;
 mod surface;
+mod tension;
 mod thin_layer;
 mod thixotropy;
 mod wake;
@@ -124,6 +125,7 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(surface::closed_box, "closed-box", "case.toml"),
     benchmark!(surface::advection, "advection-disc", "case.toml"),
     benchmark!(surface::advection, "advection-drop", "case.toml"),
+    benchmark!(tension::capillary_drop, "capillary-drop", "case.toml"),
     benchmark!(invariance::invariance, "invariance", "slump.toml", "lumps.toml"),
     benchmark!(collapse::dam_break_water, "dam-break-water", "case.toml", "reference.csv", "height.csv"),
     benchmark!(collapse::dam_break_bingham, "dam-break-bingham", "case.toml", "reference.csv", "paper.csv"),
