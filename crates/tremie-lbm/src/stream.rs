@@ -591,26 +591,13 @@ impl<T: Real> Grid<T> {
         mut loads: Option<&mut Loads>,
         mut see: impl FnMut(usize, &Moments<T>, T),
     ) {
-        let Self {
-            topology,
-            solids,
-            inlets,
-            links,
-            front,
-            fills,
-            shape,
-            carried,
-            immersed,
-            cages,
-            tension,
-            ..
-        } = self;
-        let fill = &fills[slot];
-        let source = Source::new(topology, solids, inlets, &links[slot], front, slot)
-            .with(carried.structure(slot), immersed.pushes(slot))
-            .caged(cages)
-            .pressed(tension.as_ref());
-        let surface = Shapes::new(&links[slot], shape, slot);
+        let fill = &self.fills[slot];
+        let (links, front) = (&self.links[slot], &self.front);
+        let source = Source::new(&self.topology, &self.solids, &self.inlets, links, front, slot)
+            .with(self.carried.structure(slot), self.immersed.pushes(slot))
+            .caged(&self.cages)
+            .pressed(self.tension.as_ref());
+        let surface = Shapes::new(links, &self.shape, slot);
         let mut mass = self.mass[slot].clone();
         let mut swept = 0.0;
         let mut show =
