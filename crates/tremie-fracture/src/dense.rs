@@ -110,7 +110,7 @@ fn products(
     sums
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     // Four sums that do not wait for each other.
     let mut sums = [0.0; 4];
     let (heads, tails) = (a.chunks_exact(4), b.chunks_exact(4));

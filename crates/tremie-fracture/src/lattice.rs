@@ -6,6 +6,7 @@
 //! six springs of the rigid-body-spring network (Kawai 1978; Bolander and Saito 1998) without their principal axes. Any uniform strain is exact, with Poisson's
 //! ratio zero.
 
+use rayon::prelude::*;
 use tremie_numerics::{DMat3, DVec3};
 
 use crate::mesh::{Facet, Mesh};
@@ -87,10 +88,15 @@ impl Lattice {
 
     /// The matrices of the springs.
     pub(crate) fn elements(&self) -> Vec<Element> {
-        self.springs.iter().map(|spring| self.element(spring)).collect()
+        self.springs.par_iter().map(|spring| self.element(spring)).collect()
     }
 
-    pub(crate) fn element(&self, spring: &Spring) -> Element {
+    /// The factorised stiffness matrix.
+    pub(crate) fn factor(&self) -> Result<Factor, Singular> {
+        Factor::new(&self.nodes, &self.elements(), self.fixed.clone(), &[], &[])
+    }
+
+    fn element(&self, spring: &Spring) -> Element {
         // Jump and rotation for each of the twelve unknowns.
         let mut jumps = [[0.0; 6]; 12];
         for (end, sign) in [(0, -1.0), (1, 1.0)] {
@@ -133,14 +139,31 @@ impl Lattice {
     /// The forces that hold displacements: six numbers for each cell, in N and N m.
     pub fn forces(&self, displacements: &[f64]) -> Vec<f64> {
         let mut forces = vec![0.0; displacements.len()];
-        for element in self.elements() {
-            let place = |k: usize| UNKNOWNS * element.nodes[k / UNKNOWNS] + k % UNKNOWNS;
-            for row in 0..12 {
-                forces[place(row)] +=
-                    (0..12).map(|k| element.matrix[row][k] * displacements[place(k)]).sum::<f64>();
+        for spring in &self.springs {
+            let (jump, turn) = self.motion(spring, displacements);
+            let motion = [jump.x, jump.y, jump.z, turn.x, turn.y, turn.z];
+            let own: [f64; 6] =
+                spring.stiffness.map(|row| row.iter().zip(&motion).map(|(k, m)| k * m).sum::<f64>());
+            let (force, moment) = (DVec3::from_slice(&own[..3]), DVec3::from_slice(&own[3..]));
+            for (cell, sign) in spring.cells.into_iter().zip([-1.0, 1.0]) {
+                let moment = moment + (spring.at - self.nodes[cell]).cross(force);
+                let to = &mut forces[UNKNOWNS * cell..][..UNKNOWNS];
+                for (k, value) in force.to_array().into_iter().chain(moment.to_array()).enumerate() {
+                    to[k] += sign * value;
+                }
             }
         }
         forces
+    }
+
+    /// The jump of a spring at its place, and the relative rotation.
+    pub(crate) fn motion(&self, spring: &Spring, displacements: &[f64]) -> (DVec3, DVec3) {
+        let [(u, a), (v, b)] = spring.cells.map(|cell| {
+            let own = &displacements[UNKNOWNS * cell..][..UNKNOWNS];
+            let (shift, turn) = (DVec3::from_slice(&own[..3]), DVec3::from_slice(&own[3..]));
+            (shift + turn.cross(spring.at - self.nodes[cell]), turn)
+        });
+        (v - u, b - a)
     }
 }
 

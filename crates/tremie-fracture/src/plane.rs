@@ -192,7 +192,7 @@ impl Plane {
 }
 
 impl Cracking for Plane {
-    fn respond(&self, secants: &[f64]) -> Result<(Vec<f64>, f64), Singular> {
+    fn respond(&mut self, secants: &[f64]) -> Result<(Vec<f64>, f64), Singular> {
         let count = self.pull.len();
         let mut matrix = self.rest.clone();
         self.assemble(secants, |row, column, stiffness| matrix[row * count + column] += stiffness);
@@ -218,7 +218,7 @@ impl Cracking for Plane {
     }
 
     fn care(&self) -> Care {
-        Care { load: 1e-5, secants: 1e-5, slip: 2e-4, patience: 25 }
+        Care { load: 1e-5, secants: 1e-5, slip: 2e-4, attempts: 150, halvings: 8 }
     }
 
     /// Those of the matrix as shares of the intact ones, those of fibres of their own.

@@ -86,9 +86,14 @@ impl Reading {
         0.5 * self.load * self.deflection
     }
 
+    /// Work in J that has been used up.
+    pub fn lost(&self) -> f64 {
+        self.matrix_loss + self.fibre_loss
+    }
+
     /// What is missing of the work that was put in, as a share of it.
     pub fn imbalance(&self) -> f64 {
-        let found = self.stored() + self.matrix_loss + self.fibre_loss;
+        let found = self.stored() + self.lost();
         if self.work > 0.0 { (found - self.work) / self.work } else { 0.0 }
     }
 }

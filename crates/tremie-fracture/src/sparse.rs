@@ -7,9 +7,10 @@
 
 use std::collections::BTreeSet;
 
+use rayon::prelude::*;
 use tremie_numerics::DVec3;
 
-use crate::dense::{backward, eliminate, forward};
+use crate::dense::{backward, dot, eliminate, forward};
 
 /// Unknowns of a node: three displacements, three rotations.
 pub(crate) const UNKNOWNS: usize = 6;
@@ -32,8 +33,8 @@ pub struct Singular;
 
 /// A factorised stiffness matrix.
 pub(crate) struct Factor {
+    /// Each after its children.
     fronts: Vec<Front>,
-    nodes: usize,
     fixed: Vec<[bool; UNKNOWNS]>,
     /// B' K^-1 B of the functionals, row by row.
     pub(crate) compliance: Vec<f64>,
@@ -42,9 +43,12 @@ pub(crate) struct Factor {
 /// Unknowns that were eliminated together, and their columns of the factor.
 struct Front {
     own: Vec<usize>,
-    outer: Vec<usize>,
+    /// Where the unknowns of its outer nodes are among those of the front above.
+    above: Vec<usize>,
     /// A row for each unknown, of as many numbers as were eliminated.
     columns: Vec<f64>,
+    /// How many fronts are eliminated before it for its sake, and itself.
+    count: usize,
 }
 
 /// What is left of a front: a symmetric matrix of some nodes and functionals.
@@ -109,7 +113,7 @@ impl Factor {
                 compliance[b * count + a] = -left.matrix[i * wide + j];
             }
         }
-        Ok(Self { fronts, nodes, fixed, compliance })
+        Ok(Self { fronts, fixed, compliance })
     }
 
     /// The displacements under a load; both hold six numbers for each node.
@@ -122,39 +126,75 @@ impl Factor {
                 }
             }
         }
-        let places = |front: &Front| -> Vec<usize> {
-            let outer = front.outer.iter().filter(|id| **id < self.nodes);
-            front
-                .own
-                .iter()
-                .chain(outer)
-                .flat_map(|id| (0..UNKNOWNS).map(move |k| UNKNOWNS * id + k))
-                .collect()
-        };
-        for front in &self.fronts {
-            let width = UNKNOWNS * front.own.len();
-            let places = places(front);
-            let mut own: Vec<f64> = places[..width].iter().map(|place| x[*place]).collect();
-            forward(&front.columns, width, &mut own);
-            for (row, place) in places.iter().enumerate().skip(width) {
-                let along = &front.columns[row * width..][..width];
-                x[*place] -= along.iter().zip(&own).map(|(l, y)| l * y).sum::<f64>();
+        let mut parts = vec![Vec::new(); self.fronts.len()];
+        forward_through(&self.fronts, &x, &mut parts);
+        backward_through(&self.fronts, &[], &mut parts);
+        for (front, part) in self.fronts.iter().zip(&parts) {
+            for (node, values) in front.own.iter().zip(part.as_chunks::<UNKNOWNS>().0) {
+                x[UNKNOWNS * node..][..UNKNOWNS].copy_from_slice(values);
             }
-            places[..width].iter().zip(&own).for_each(|(place, y)| x[*place] = *y);
-        }
-        for front in self.fronts.iter().rev() {
-            let width = UNKNOWNS * front.own.len();
-            let places = places(front);
-            let mut own: Vec<f64> = places[..width].iter().map(|place| x[*place]).collect();
-            for (row, place) in places.iter().enumerate().skip(width) {
-                let along = &front.columns[row * width..][..width];
-                own.iter_mut().zip(along).for_each(|(y, l)| *y -= l * x[*place]);
-            }
-            backward(&front.columns, width, &mut own);
-            places[..width].iter().zip(&own).for_each(|(place, y)| x[*place] = *y);
         }
         x
     }
+}
+
+/// Splits fronts, of which the last belongs to all before it, and their parts, into those of its children.
+fn children<'a, 'b>(
+    fronts: &'a [Front],
+    parts: &'b mut [Vec<f64>],
+) -> Vec<(&'a [Front], &'b mut [Vec<f64>])> {
+    let (mut fronts, mut parts) = (fronts, parts);
+    let mut children = Vec::new();
+    while let Some(last) = fronts.last() {
+        let (before, own) = fronts.split_at(fronts.len() - last.count);
+        let (others, mine) = parts.split_at_mut(before.len());
+        children.push((own, mine));
+        (fronts, parts) = (before, others);
+    }
+    children
+}
+
+/// Solves L y = b in fronts of which the last belongs to all before it; what is left for its outer unknowns.
+fn forward_through(fronts: &[Front], load: &[f64], parts: &mut [Vec<f64>]) -> Vec<f64> {
+    let (Some((front, below)), Some((part, others))) = (fronts.split_last(), parts.split_last_mut()) else {
+        return Vec::new();
+    };
+    let width = UNKNOWNS * front.own.len();
+    let mut own: Vec<f64> =
+        front.own.iter().flat_map(|node| &load[UNKNOWNS * node..][..UNKNOWNS]).copied().collect();
+    let mut outer = vec![0.0; front.above.len()];
+    let passed: Vec<(&[Front], Vec<f64>)> = children(below, others)
+        .into_par_iter()
+        .map(|(fronts, parts)| (fronts, forward_through(fronts, load, parts)))
+        .collect();
+    for (child, passed) in passed {
+        let above = child.last().map_or(&[][..], |child| &child.above);
+        for (place, value) in above.iter().zip(passed) {
+            *(if *place < width { &mut own[*place] } else { &mut outer[place - width] }) += value;
+        }
+    }
+    forward(&front.columns, width, &mut own);
+    for (row, value) in outer.iter_mut().enumerate() {
+        *value -= dot(&front.columns[(width + row) * width..][..width], &own);
+    }
+    *part = own;
+    outer
+}
+
+/// Solves L' x = y in fronts of which the last belongs to all before it; `above` are the unknowns of the front above that.
+fn backward_through(fronts: &[Front], above: &[f64], parts: &mut [Vec<f64>]) {
+    let (Some((front, below)), Some((part, others))) = (fronts.split_last(), parts.split_last_mut()) else {
+        return;
+    };
+    let width = part.len();
+    let outer: Vec<f64> = front.above.iter().map(|place| above[*place]).collect();
+    for (row, value) in outer.iter().enumerate() {
+        let along = &front.columns[(width + row) * width..][..width];
+        part.iter_mut().zip(along).for_each(|(y, l)| *y -= l * value);
+    }
+    backward(&front.columns, width, part);
+    let all: Vec<f64> = part.iter().copied().chain(outer).collect();
+    children(below, others).into_par_iter().for_each(|(fronts, parts)| backward_through(fronts, &all, parts));
 }
 
 /// Splits a set across its longest side.
@@ -230,22 +270,28 @@ impl Work<'_> {
                 results
             }
         };
-        let (mut fronts, mut updates) = (Vec::new(), Vec::new());
+        let (mut fronts, mut updates, mut ends) = (Vec::new(), Vec::new(), Vec::new());
         for (children, update) in results {
             fronts.extend(children);
+            ends.push(fronts.len());
             updates.push(update);
         }
-        let (front, update) = self.front(&set.own, number, &updates)?;
-        fronts.extend(front);
+        let (mut front, update, places) = self.front(&set.own, number, &updates)?;
+        for (end, places) in ends.into_iter().zip(places) {
+            fronts[end - 1].above = places;
+        }
+        front.count = fronts.len() + 1;
+        fronts.push(front);
         Ok((fronts, update))
     }
 
+    /// Eliminates nodes; the places of the unknowns that were left of others among those of the front come third.
     fn front(
         &self,
         own: &[usize],
         number: usize,
         updates: &[Update],
-    ) -> Result<(Option<Front>, Update), Singular> {
+    ) -> Result<(Front, Update, Vec<Vec<usize>>), Singular> {
         let (elements, rows) = match self.elements_of.get(number) {
             Some(elements) if !own.is_empty() => (&elements[..], &self.rows_of[number][..]),
             _ => (&[][..], &[][..]),
@@ -290,6 +336,7 @@ impl Work<'_> {
                 add(starts[node] + k, starts[node] + k, 1.0);
             }
         }
+        let mut of_nodes = Vec::new();
         for update in updates {
             let places: Vec<usize> =
                 update.ids.iter().flat_map(|id| (0..self.size(*id)).map(|k| starts[id] + k)).collect();
@@ -299,6 +346,8 @@ impl Work<'_> {
                     add(*row, *column, update.matrix[i * wide + j]);
                 }
             }
+            let of_node = UNKNOWNS * update.ids.iter().filter(|id| **id < self.nodes).count();
+            of_nodes.push(places[..of_node].to_vec());
         }
         let pivots = UNKNOWNS * own.len();
         eliminate(&mut a, n, pivots).map_err(|_| Singular)?;
@@ -308,7 +357,7 @@ impl Work<'_> {
         let mut columns = Vec::with_capacity(n * pivots);
         (0..n).for_each(|row| columns.extend_from_slice(&a[row * n..][..pivots]));
         let outer = ids[own.len()..].to_vec();
-        let front = (pivots > 0).then(|| Front { own: own.to_vec(), outer: outer.clone(), columns });
-        Ok((front, Update { ids: outer, matrix }))
+        let front = Front { own: own.to_vec(), above: Vec::new(), columns, count: 1 };
+        Ok((front, Update { ids: outer, matrix }, of_nodes))
     }
 }

@@ -24,7 +24,7 @@ pub struct Trial {
 /// Where the crack may be.
 enum Body {
     Plane(Plane),
-    Anywhere(Anywhere),
+    Anywhere(Box<Anywhere>),
 }
 
 /// What a test is at a moment, to go on from.
@@ -49,7 +49,7 @@ impl Trial {
         let beam = Beam::new(setup)?;
         let (body, count) = if beam.setup.anywhere {
             let body = Anywhere::new(&beam)?;
-            (Body::Anywhere(body), UNKNOWNS * beam.lattice.nodes.len())
+            (Body::Anywhere(Box::new(body)), UNKNOWNS * beam.lattice.nodes.len())
         } else {
             let body = Plane::new(&beam)?;
             let count = body.unknowns();
@@ -85,7 +85,7 @@ impl Trial {
     pub fn advance(&mut self, opening: f64) -> Result<Vec<Reading>, TrialError> {
         let body: &mut dyn Cracking = match &mut self.body {
             Body::Plane(plane) => plane,
-            Body::Anywhere(anywhere) => anywhere,
+            Body::Anywhere(anywhere) => anywhere.as_mut(),
         };
         self.path.advance(body, opening)
     }
