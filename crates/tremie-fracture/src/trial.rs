@@ -23,7 +23,7 @@ pub struct Trial {
 
 /// Where the crack may be.
 enum Body {
-    Plane(Plane),
+    Plane(Box<Plane>),
     Anywhere(Box<Anywhere>),
 }
 
@@ -53,7 +53,7 @@ impl Trial {
         } else {
             let body = Plane::new(&beam)?;
             let count = body.unknowns();
-            (Body::Plane(body), count)
+            (Body::Plane(Box::new(body)), count)
         };
         let steps = [(0.0, vec![0.0; count]), (0.0, vec![0.0; count])];
         let path = Path { steps, last: Reading::default(), nominal: beam.setup.nominal() };
@@ -84,7 +84,7 @@ impl Trial {
     /// If no equilibrium is found.
     pub fn advance(&mut self, opening: f64) -> Result<Vec<Reading>, TrialError> {
         let body: &mut dyn Cracking = match &mut self.body {
-            Body::Plane(plane) => plane,
+            Body::Plane(plane) => plane.as_mut(),
             Body::Anywhere(anywhere) => anywhere.as_mut(),
         };
         self.path.advance(body, opening)
