@@ -30,7 +30,7 @@ enum Body {
 /// What a test is at a moment, to go on from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
-    /// What points and fibres have been through.
+    /// What points and fibres have been through, and from where the next response is found.
     pub most: Vec<f64>,
     /// Unknowns at the last reading and at the one before.
     pub jumps: [Vec<f64>; 2],
