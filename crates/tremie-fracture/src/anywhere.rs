@@ -23,6 +23,7 @@ use tremie_numerics::{DMat3, DVec3};
 use crate::beam::Beam;
 use crate::bearings::line;
 use crate::bridge::{Bridge, BridgeState};
+use crate::dense::dot;
 use crate::fibres::{Crossing, Fibre};
 use crate::lattice::{Lattice, Spring, combined, value};
 use crate::mesh::{above, outer, quadrature};
@@ -523,7 +524,6 @@ impl Cracking for Anywhere {
 
 /// The displacements of a lattice under a load, from a guess on, with the factors of a lattice that is nearly the same; nothing if it would take long.
 fn improve(lattice: &Lattice, near: &Factor, load: &[f64], guess: &[f64]) -> Option<Vec<f64>> {
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let forces = |displacements: &[f64]| {
         let mut forces = lattice.forces(displacements);
         for (force, fixed) in forces.iter_mut().zip(lattice.fixed.as_flattened()) {

@@ -232,7 +232,7 @@ impl Path {
         const WIDER: f64 = 4.0;
         const NEAR: f64 = 1e-3;
         let begin = self.last.lost();
-        if loss <= begin {
+        if loss <= begin || guess <= 0.0 {
             return None;
         }
         let beyond = |load: f64| {
