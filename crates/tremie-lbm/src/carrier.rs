@@ -87,9 +87,7 @@ impl<T: Real> Carrier for Lattice<'_, T> {
 
     fn see(&mut self, points: &[DVec3], seen: &mut [Seen]) {
         let points = self.on_lattice(points);
-        self.grid.see_at(&points, seen);
-        let unit = self.scaling.velocity_unit();
-        seen.par_iter_mut().for_each(|seen| seen.velocity *= unit);
+        self.grid.see_at(&points, self.scaling.velocity_unit(), seen);
     }
 
     fn thicken(&mut self, points: &[DVec3], seen: &mut [Seen]) {
@@ -104,11 +102,8 @@ impl<T: Real> Carrier for Lattice<'_, T> {
         );
     }
 
-    fn push(&mut self, points: &[DVec3], forces: &[DVec3]) {
-        let points = self.on_lattice(points);
-        let unit = self.scaling.stress_unit() * self.scaling.cell_size.powi(2);
-        let forces: Vec<DVec3> = forces.par_iter().map(|force| *force / unit).collect();
-        self.grid.push_at(&points, &forces);
+    fn push(&mut self, _: &[DVec3], forces: &[DVec3]) {
+        self.grid.push_at(forces, self.scaling.stress_unit() * self.scaling.cell_size.powi(2));
     }
 }
 
@@ -188,8 +183,8 @@ impl<T: Real> Grid<T> {
         });
     }
 
-    /// Velocity in lattice units around each point, in cells from the domain's lower corner, and the share of what lies there that is fluid.
-    pub(crate) fn see_at(&mut self, points: &[DVec3], seen: &mut [Seen]) {
+    /// Velocity around each point, in cells from the domain's lower corner, by the size of the lattice's unit, and the share of what lies there that is fluid.
+    pub(crate) fn see_at(&mut self, points: &[DVec3], unit: f64, seen: &mut [Seen]) {
         self.sort(points);
         let mut sums = std::mem::take(&mut self.immersed.sums);
         sums.resize(points.len(), [T::ZERO; 4]);
@@ -206,26 +201,26 @@ impl<T: Real> Grid<T> {
             let number = |pencil: &[(usize, Range<usize>)]| pencil.iter().map(|window| window.1.len()).sum();
             let tasks: Vec<_> = pencils.map(|pencil| (pencil, own(number(pencil)))).collect();
             tasks.into_par_iter().for_each_init(Window::new, |window, (pencil, sums)| {
-                see_points(grid, windows, pencil, points, window, sums);
+                see_points(grid, windows, pencil, window, sums);
             });
         }
         (points.par_iter(), seen.par_iter_mut(), sorted.rank.par_iter())
             .into_par_iter()
             .with_min_len(CHUNK)
-            .for_each(|(at, seen, rank)| *seen = grid.seen_at(*at, &sums[*rank as usize]));
+            .for_each(|(at, seen, rank)| *seen = grid.seen_at(*at, unit, &sums[*rank as usize]));
         self.immersed.sums = sums;
     }
 
     /// What the sum of what is seen around a point says.
     #[inline(always)]
-    fn seen_at(&self, at: DVec3, sum: &[T; 4]) -> Seen {
+    fn seen_at(&self, at: DVec3, unit: f64, sum: &[T; 4]) -> Seen {
         if sum[3] == T::ZERO {
             return Seen::default();
         }
         let share = sum[3].to_f64() / 64.0;
-        let velocity = [0, 1, 2].map(|a| sum[a].to_f64() / sum[3].to_f64());
+        let velocity = unit / sum[3].to_f64() * DVec3::from([0, 1, 2].map(|a| sum[a].to_f64()));
         let inward = if share < 0.5 { self.inward(at) } else { DVec3::ZERO };
-        Seen { velocity: DVec3::from(velocity), share, inward, ..Seen::default() }
+        Seen { velocity, share, inward, ..Seen::default() }
     }
 
     /// Shear rate sqrt(2 D:D) in lattice units in the cell of a point, by the velocities beside it as far as there is fluid.
@@ -297,7 +292,6 @@ for_this_processor! {
         grid: &Grid<T>,
         windows: &Windows,
         pencil: &[(usize, Range<usize>)],
-        points: &[DVec3],
         window: &mut Window<T>,
         sums: &mut [[T; 4]]
     )
@@ -308,18 +302,19 @@ fn see_points_here<T: Real>(
     grid: &Grid<T>,
     windows: &Windows,
     pencil: &[(usize, Range<usize>)],
-    points: &[DVec3],
     window: &mut Window<T>,
     sums: &mut [[T; 4]],
 ) {
-    let mut sums = sums.iter_mut();
     let least = T::from_f64(64.0 * LEAST);
+    let mut rest = sums;
     for (place, range) in pencil {
-        let order = &grid.immersed.sorted.order[range.clone()];
-        window.look(grid, windows.spans(*place), &Asked::by(&grid.topology, points, order));
-        for (n, to) in order.iter().zip(&mut sums) {
-            let sum = window.sum(&Around::new(&grid.topology, points[*n as usize]));
-            *to = if sum[3] < least { [T::ZERO; 4] } else { sum };
+        let points = &grid.immersed.sorted.points[range.clone()];
+        window.look(grid, windows.spans(*place), &Asked::by(points));
+        let (sums, others) = rest.split_at_mut(points.len());
+        window.sums(points, sums);
+        for sum in sums.iter_mut().filter(|sum| sum[3] < least) {
+            *sum = [T::ZERO; 4];
         }
+        rest = others;
     }
 }

@@ -31,20 +31,24 @@ pub(crate) fn first(topology: &Topology, axis: usize, at: f64) -> (i64, f64) {
     (i64::from(below) - 4, at - f64::from(below))
 }
 
+/// Weights of the four cells around a coordinate that is so far beyond the middle of the second.
+#[inline(always)]
+pub(crate) fn weights<T: Real>(beyond: T) -> [T; 4] {
+    let half = T::from_f64(0.5);
+    let (below, above) = (T::ONE + half - beyond, half + beyond);
+    let root = (half * half + beyond * (T::ONE - beyond)).sqrt();
+    [below - root, below + root, above + root, above - root]
+}
+
 impl<T: Real> Around<T> {
     /// Around `at`, in cells from the lower corner of the domain.
     #[inline(always)]
     pub(crate) fn new(topology: &Topology, at: DVec3) -> Self {
-        let mut around = Self { first: [0; 3], weight: [[T::ZERO; 4]; 3] };
-        for a in 0..3 {
-            let (first, beyond) = first(topology, a, at[a]);
-            let (below, above) = (1.5 - beyond, 0.5 + beyond);
-            let root = (0.25 + beyond * (1.0 - beyond)).sqrt();
-            let weight = [below - root, below + root, above + root, above - root];
-            around.weight[a] = weight.map(T::from_f64);
-            around.first[a] = first;
+        let by_axis = by_axis(|a| first(topology, a, at[a]));
+        Self {
+            first: by_axis.map(|(first, _)| first),
+            weight: by_axis.map(|(_, beyond)| weights(T::from_f64(beyond))),
         }
-        around
     }
 
     /// Goes through the cells wherever they lie: the place of each by the coordinates of its block, its row and its place in the row, its

@@ -108,7 +108,7 @@ pub(crate) struct Immersed<T> {
     /// Forces.
     pub(crate) pushes: Field<T>,
     /// The points that were asked for last, in the order in which they are gone through.
-    pub(crate) sorted: Sorted,
+    pub(crate) sorted: Sorted<T>,
     /// What is seen around each of them, in that order, by weights that sum to 64: the share that is fluid last, or 0 if that is as good as nothing.
     pub(crate) sums: Vec<[T; 4]>,
     /// Where the cells are that points see, once there are points.

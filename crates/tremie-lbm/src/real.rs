@@ -1,7 +1,6 @@
 //! The floating-point type of populations: `f32` or `f64`.
 
 use std::fmt::Debug;
-use tremie_numerics::{DVec4, Vec4};
 use tremie_output::state::Array;
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
@@ -50,8 +49,6 @@ pub trait Number:
 
 /// The type of populations, as stored.
 pub trait Real: Number<Scalar = Self> + Default + PartialOrd + Send + Sync + bytemuck::Pod + 'static {
-    /// Four of them.
-    type Four: Four<Scalar = Self>;
     /// Name as in the case file.
     const NAME: &'static str;
     /// Widens to `f64`.
@@ -65,43 +62,8 @@ pub trait Real: Number<Scalar = Self> + Default + PartialOrd + Send + Sync + byt
     fn from_array(array: &Array) -> Option<&[Self]>;
 }
 
-/// Four numbers in one vector of the processor, where it has such.
-pub trait Four: Copy + Add<Output = Self> + Mul<Output = Self> {
-    /// The type of one number.
-    type Scalar;
-    /// The same number four times.
-    fn splat(value: Self::Scalar) -> Self;
-    /// From memory.
-    fn read(from: &[Self::Scalar; 4]) -> Self;
-    /// To memory.
-    fn write(self, to: &mut [Self::Scalar; 4]);
-}
-
-macro_rules! four {
-    ($type:ident, $scalar:ident) => {
-        impl Four for $type {
-            type Scalar = $scalar;
-            #[inline(always)]
-            fn splat(value: $scalar) -> Self {
-                $type::splat(value)
-            }
-            #[inline(always)]
-            fn read(from: &[$scalar; 4]) -> Self {
-                $type::from_slice(from)
-            }
-            #[inline(always)]
-            fn write(self, to: &mut [$scalar; 4]) {
-                self.write_to_slice(to);
-            }
-        }
-    };
-}
-
-four!(Vec4, f32);
-four!(DVec4, f64);
-
 macro_rules! real {
-    ($type:ident, $bits:ident, $array:ident, $four:ident) => {
+    ($type:ident, $bits:ident, $array:ident) => {
         impl Number for $type {
             type Scalar = Self;
             const ZERO: Self = 0.0;
@@ -139,7 +101,6 @@ macro_rules! real {
         }
 
         impl Real for $type {
-            type Four = $four;
             const NAME: &'static str = stringify!($type);
             #[inline(always)]
             fn to_f64(self) -> f64 {
@@ -174,8 +135,8 @@ macro_rules! real {
     };
 }
 
-real!(f32, u32, F32, Vec4);
-real!(f64, u64, F64, DVec4);
+real!(f32, u32, F32);
+real!(f64, u64, F64);
 
 /// One number for each axis. (`array::map` is not always made part of the loop around it, and then costs as much as the loop.)
 #[inline(always)]

@@ -10,13 +10,13 @@ use rayon::prelude::*;
 use tremie_numerics::DVec3;
 
 use crate::carrier::CHUNK;
-use crate::delta::{Around, first};
+use crate::delta::first;
 use crate::grid::Grid;
 use crate::immersed::Pushed;
 use crate::processor::for_this_processor;
 use crate::real::{Real, by_axis};
 use crate::topology::{OUTSIDE, Topology};
-use crate::window::{Asked, Span, Window};
+use crate::window::{Asked, Placed, Span, Window};
 
 /// The windows of a domain, in pencils: along the second longest axis, beside each other along the longest, in layers along the shortest.
 #[derive(Debug, Clone)]
@@ -111,20 +111,24 @@ pub(crate) fn order_of_axes(topology: &Topology) -> [usize; 3] {
 
 /// Points in the order of their windows.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Sorted {
+pub(crate) struct Sorted<T> {
     /// The points.
-    pub(crate) order: Vec<u32>,
+    order: Vec<u32>,
     /// Where in this order each of them is.
     pub(crate) rank: Vec<u32>,
     /// The windows that have any, by their places, and which they are.
     pub(crate) windows: Vec<(usize, Range<usize>)>,
-    /// The place of the window of each point.
+    /// In the order of the points themselves, the place of the window of each.
     places: Vec<u32>,
+    /// Where each lies in its window: copied together first, since to wait for one after the other would take as long as all else.
+    pub(crate) points: Vec<Placed<T>>,
+    /// What each pushes with over what is seen around it, in the same order and for the same reason.
+    pushing: Vec<[T; 4]>,
 }
 
-impl Sorted {
+impl<T: Real> Sorted<T> {
     fn sort(&mut self, windows: &Windows, topology: &Topology, points: &[DVec3]) {
-        let Self { order, rank, windows: ranges, places } = self;
+        let Self { order, rank, windows: ranges, places, .. } = self;
         let place = |at: &DVec3| windows.place(by_axis(|a| Span::of(first(topology, a, at[a]).0))) as u32;
         points.par_iter().with_min_len(CHUNK).map(place).collect_into_vec(places);
         let mut ends = vec![0u32; windows.places() + 1];
@@ -147,6 +151,21 @@ impl Sorted {
             order[*next as usize] = n as u32;
             *next += 1;
         }
+        let placed = |n: &u32| Placed::new(topology, points[*n as usize]);
+        order.par_iter().with_min_len(CHUNK).map(placed).collect_into_vec(&mut self.points);
+    }
+
+    /// Takes the forces from the points, `sums` saying what is seen around each in their order.
+    fn take(&mut self, forces: &[DVec3], unit: f64, sums: &[[T; 4]]) {
+        let pushing = |(n, sum): (&u32, &[T; 4])| {
+            if sum[3] == T::ZERO {
+                return [T::ZERO; 4];
+            }
+            let force = forces[*n as usize] / (unit * sum[3].to_f64());
+            [force.x, force.y, force.z, 0.0].map(T::from_f64)
+        };
+        let both = (self.order.par_iter(), sums.par_iter()).into_par_iter();
+        both.with_min_len(CHUNK).map(pushing).collect_into_vec(&mut self.pushing);
     }
 }
 
@@ -168,11 +187,12 @@ impl<T: Real> Grid<T> {
         self.immersed.sorted.sort(windows, topology, points);
     }
 
-    /// Spreads a force in lattice units from each point that was asked for last.
-    pub(crate) fn push_at(&mut self, points: &[DVec3], forces: &[DVec3]) {
+    /// Spreads a force from each point that was asked for last, in units of which the lattice's is so many.
+    pub(crate) fn push_at(&mut self, forces: &[DVec3], unit: f64) {
         self.immersed.pushes.par_iter_mut().flatten().for_each(|push| **push = bytemuck::Zeroable::zeroed());
         let Some(windows) = self.immersed.windows.take() else { return };
-        let sorted = std::mem::take(&mut self.immersed.sorted);
+        let mut sorted = std::mem::take(&mut self.immersed.sorted);
+        sorted.take(forces, unit, &self.immersed.sums);
         let pencils: Vec<_> =
             sorted.windows.chunk_by(|a, b| windows.pencil(a.0) == windows.pencil(b.0)).collect();
         let layer = |pencil: &[(usize, Range<usize>)]| windows.layer(windows.pencil(pencil[0].0));
@@ -187,7 +207,7 @@ impl<T: Real> Grid<T> {
                 tasks.map(|(windows, (near, pushed))| Spread { windows, near, pushed }).collect();
             let grid = &*self;
             tasks.par_iter_mut().for_each_init(Window::new, |window, task| {
-                spread_points(grid, &windows, &sorted.order, points, forces, window, task);
+                spread_points(grid, &windows, &sorted, window, task);
             });
             for (slot, pushed) in tasks.into_iter().flat_map(|task| task.pushed) {
                 if slot > OUTSIDE as usize {
@@ -218,9 +238,7 @@ for_this_processor! {
     spread_points = spread_points_here<T: Real>(
         grid: &Grid<T>,
         windows: &Windows,
-        order: &[u32],
-        points: &[DVec3],
-        forces: &[DVec3],
+        sorted: &Sorted<T>,
         window: &mut Window<T>,
         task: &mut Spread<'_, T>
     )
@@ -230,15 +248,13 @@ for_this_processor! {
 fn spread_points_here<T: Real>(
     grid: &Grid<T>,
     windows: &Windows,
-    order: &[u32],
-    points: &[DVec3],
-    forces: &[DVec3],
+    sorted: &Sorted<T>,
     window: &mut Window<T>,
     task: &mut Spread<'_, T>,
 ) {
-    let (seen, sums) = (&grid.immersed.seen, &grid.immersed.sums);
+    let seen = &grid.immersed.seen;
     for (place, range) in task.windows {
-        let (points_here, sums) = (&order[range.clone()], &sums[range.clone()]);
+        let (points, pushing) = (&sorted.points[range.clone()], &sorted.pushing[range.clone()]);
         let (spans, near) = (windows.spans(*place), task.near);
         // Where each block of the window is among those in reach.
         let place = |[x, y, z]: [usize; 3]| {
@@ -249,15 +265,11 @@ fn spread_points_here<T: Real>(
             among(0, x) + near[0].len() * (among(1, y) + near[1].len() * among(2, z))
         };
         window.clear();
-        for (n, sum) in points_here.iter().map(|n| *n as usize).zip(sums) {
-            let force = forces[n];
-            if sum[3] != T::ZERO && force != DVec3::ZERO {
-                let force = force / sum[3].to_f64();
-                let around = Around::<T>::new(&grid.topology, points[n]);
-                window.add(&around, [force.x, force.y, force.z, 0.0].map(T::from_f64));
+        for (point, force) in points.iter().zip(pushing) {
+            if *force != [T::ZERO; 4] {
+                window.add(point, *force);
             }
         }
-        let asked = Asked::by(&grid.topology, points, points_here);
-        window.give(spans, &asked, seen, &mut task.pushed, place);
+        window.give(spans, &Asked::by(points), seen, &mut task.pushed, place);
     }
 }

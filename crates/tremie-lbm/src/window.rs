@@ -6,10 +6,11 @@
 
 use tremie_numerics::DVec3;
 
-use crate::delta::{Around, beyond, first, mirrored};
+use crate::delta::{beyond, first, mirrored, weights};
 use crate::grid::Grid;
 use crate::immersed::{Field, Pushed};
-use crate::real::{Four, Real, by_axis};
+use crate::lanes::{LANES, Lanes};
+use crate::real::{Number, Real, by_axis};
 use crate::topology::{EDGE, Topology};
 
 /// Edge of a window in cells.
@@ -55,29 +56,57 @@ impl Span {
     }
 }
 
+/// A point in its window.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Placed<T> {
+    /// The first of the four cells around it along each axis.
+    first: [u8; 3],
+    /// How far it lies beyond the middle of the second.
+    beyond: [T; 3],
+}
+
+impl<T: Real> Placed<T> {
+    /// Of a point in cells from the domain's lower corner.
+    #[inline(always)]
+    pub(crate) fn new(topology: &Topology, at: DVec3) -> Self {
+        let found = by_axis(|a| first(topology, a, at[a]));
+        let edge = EDGE as i64;
+        Self {
+            first: by_axis(|a| found[a].0.rem_euclid(edge) as u8),
+            beyond: by_axis(|a| T::from_f64(found[a].1)),
+        }
+    }
+
+    /// The first of the cells around it, so many rows on.
+    #[inline(always)]
+    fn four(&self, m: usize, n: usize) -> usize {
+        let [i, j, k] = self.first.map(usize::from);
+        i + SPAN * (j + m + SPAN * (k + n))
+    }
+
+    /// Weights of the cells along each axis.
+    #[inline(always)]
+    fn weights(&self) -> [[T; 4]; 3] {
+        by_axis(|a| weights(self.beyond[a]))
+    }
+}
+
 /// The cells of a window of which something is asked, along each axis: the first, and the one after the last.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Asked([[usize; 2]; 3]);
 
 impl Asked {
-    /// What some of the points ask for, in cells from the domain's lower corner.
+    /// What points ask for.
     #[inline(always)]
-    pub(crate) fn by(topology: &Topology, points: &[DVec3], some: &[u32]) -> Self {
-        let mut asked = [[SPAN, 0]; 3];
-        for n in some {
-            let at = within(by_axis(|a| first(topology, a, points[*n as usize][a]).0));
-            for (asked, first) in asked.iter_mut().zip(at) {
+    pub(crate) fn by<T: Real>(points: &[Placed<T>]) -> Self {
+        let mut asked = [[SPAN as u8, 0]; 3];
+        for point in points {
+            for (asked, first) in asked.iter_mut().zip(point.first) {
                 *asked = [asked[0].min(first), asked[1].max(first + 4)];
             }
         }
-        Self(asked)
+        Self(asked.map(|asked| asked.map(usize::from)))
     }
-}
-
-/// Place in its window of a first cell.
-#[inline(always)]
-fn within(first: [i64; 3]) -> [usize; 3] {
-    [first[0] as usize % EDGE, first[1] as usize % EDGE, first[2] as usize % EDGE]
 }
 
 /// Cells that lie beside each other both in a window and in a block.
@@ -101,11 +130,13 @@ pub(crate) struct Window<T> {
     cells: Vec<[T; 4]>,
     /// Where those that are asked for lie.
     runs: Vec<Run>,
+    /// Sums around points, over every other cell along x.
+    halves: Vec<Lanes<T>>,
 }
 
 impl<T: Real> Window<T> {
     pub(crate) fn new() -> Self {
-        Self { cells: vec![[T::ZERO; 4]; SPAN * SPAN * SPAN], runs: Vec::new() }
+        Self { cells: vec![[T::ZERO; 4]; SPAN * SPAN * SPAN], runs: Vec::new(), halves: Vec::new() }
     }
 
     /// Finds where the cells lie that are asked for, `spans` saying where the window is, and zeroes those that lie nowhere.
@@ -142,7 +173,7 @@ impl<T: Real> Window<T> {
                 continue;
             };
             for (to, cell) in to.iter_mut().zip(&seen.row(run.row)[run.first..run.first + run.number]) {
-                T::Four::read(cell).write(to);
+                *to = *cell;
             }
             if run.mirrors != 0 {
                 to.iter_mut().for_each(|cell| *cell = mirrored(*cell, run.mirrors));
@@ -175,55 +206,101 @@ impl<T: Real> Window<T> {
                 own.iter_mut().for_each(|cell| *cell = mirrored(*cell, run.mirrors));
             }
             let cells = run.first..run.first + run.number;
-            let cells =
-                own.iter().zip(&seen.row(run.row)[cells.clone()]).zip(&mut push.row_mut(run.row)[cells]);
-            for ((own, seen), push) in cells {
-                (T::Four::read(push) + T::Four::read(own) * T::Four::splat(seen[3])).write(push);
+            let (seen, push) = (&seen.row(run.row)[cells.clone()], &mut push.row_mut(run.row)[cells]);
+            for ((own, seen), push) in own.chunks(2).zip(seen.chunks(2)).zip(push.chunks_mut(2)) {
+                if let ([a, b], [c, d], [e, f]) = (own, seen, &mut *push) {
+                    let (own, share) = ([*a, *b], [c[3], d[3]]);
+                    let mut sum = Lanes::<T>::ZERO;
+                    for k in 0..LANES {
+                        sum.0[k] = [&*e, &*f][k / 4][k % 4] + own[k / 4][k % 4] * share[k / 4];
+                    }
+                    for k in 0..4 {
+                        (e[k], f[k]) = (sum.0[k], sum.0[4 + k]);
+                    }
+                    continue;
+                }
+                for ((own, seen), push) in own.iter().zip(seen).zip(push) {
+                    for a in 0..4 {
+                        push[a] += own[a] * seen[3];
+                    }
+                }
             }
         }
     }
 
-    /// Sum of the cells around a point by their weights.
+    /// Sums of the cells around points by their weights.
     #[inline(always)]
-    pub(crate) fn sum(&self, around: &Around<T>) -> [T; 4] {
-        let at = within(around.first);
-        let mut sum = [T::Four::splat(T::ZERO); 4];
-        for n in 0..4 {
-            for m in 0..4 {
-                let weight = T::Four::splat(around.weight[1][m] * around.weight[2][n]);
-                let Some(cells) = self.cells.get(four(at, m, n)..).and_then(|cells| cells.first_chunk::<4>())
-                else {
-                    continue;
-                };
-                for k in 0..4 {
-                    sum[k] = sum[k] + weight * T::Four::read(&cells[k]);
-                }
+    pub(crate) fn sums(&mut self, points: &[Placed<T>], sums: &mut [[T; 4]]) {
+        // Both halves are put together only after all others are done: else the compiler takes neither as a vector.
+        let halves = points.iter().map(|point| halves(&self.cells, point));
+        self.halves.clear();
+        self.halves.extend(halves);
+        for (sum, Lanes(halves)) in sums.iter_mut().zip(&self.halves) {
+            for a in 0..4 {
+                sum[a] = halves[a] + halves[4 + a];
             }
         }
-        let along = |k: usize| T::Four::splat(around.weight[0][k]) * sum[k];
-        let mut all = [T::ZERO; 4];
-        ((along(0) + along(1)) + (along(2) + along(3))).write(&mut all);
-        all
     }
 
     /// Adds a vector to the cells around a point by their weights.
     #[inline(always)]
-    pub(crate) fn add(&mut self, around: &Around<T>, vector: [T; 4]) {
-        let at = within(around.first);
-        let vector = T::Four::read(&vector);
-        let along = around.weight[0].map(|weight| T::Four::splat(weight) * vector);
+    pub(crate) fn add(&mut self, point: &Placed<T>, vector: [T; 4]) {
+        let [along, across, up] = point.weights();
+        let vector = two(&[vector; 4], 0);
+        let along = [each(along, 0) * vector, each(along, 1) * vector];
         for n in 0..4 {
             for m in 0..4 {
-                let weight = T::Four::splat(around.weight[1][m] * around.weight[2][n]);
-                let cells =
-                    self.cells.get_mut(four(at, m, n)..).and_then(|cells| cells.first_chunk_mut::<4>());
-                let Some(cells) = cells else { continue };
-                for k in 0..4 {
-                    (T::Four::read(&cells[k]) + weight * along[k]).write(&mut cells[k]);
+                let four = self.cells.get_mut(point.four(m, n)..).and_then(|cells| cells.first_chunk_mut());
+                let Some(four) = four else { continue };
+                let weight = Lanes::splat(across[m] * up[n]);
+                for half in 0..2 {
+                    let sum = two(four, half) + weight * along[half];
+                    for k in 0..LANES {
+                        four[2 * half + k / 4][k % 4] = sum.0[k];
+                    }
                 }
             }
         }
     }
+}
+
+/// Sum of the cells around a point by their weights, of every other cell along x by itself.
+#[inline(always)]
+fn halves<T: Real>(cells: &[[T; 4]], point: &Placed<T>) -> Lanes<T> {
+    let [along, across, up] = point.weights();
+    let mut sum = [Lanes::ZERO; 2];
+    for n in 0..4 {
+        for m in 0..4 {
+            let Some(four) = cells.get(point.four(m, n)..).and_then(|cells| cells.first_chunk()) else {
+                continue;
+            };
+            let weight = Lanes::splat(across[m] * up[n]);
+            for half in 0..2 {
+                sum[half] += weight * two(four, half);
+            }
+        }
+    }
+    each(along, 0) * sum[0] + each(along, 1) * sum[1]
+}
+
+/// The first two or the last two of four cells, beside each other.
+#[inline(always)]
+fn two<T: Real>(four: &[[T; 4]; 4], half: usize) -> Lanes<T> {
+    let mut two = Lanes::ZERO;
+    for k in 0..LANES {
+        two.0[k] = four[2 * half + k / 4][k % 4];
+    }
+    two
+}
+
+/// A number for all of each of these cells.
+#[inline(always)]
+fn each<T: Real>(four: [T; 4], half: usize) -> Lanes<T> {
+    let mut two = Lanes::ZERO;
+    for k in 0..LANES {
+        two.0[k] = four[2 * half + k / 4];
+    }
+    two
 }
 
 /// The slot that a run lies in.
@@ -232,15 +309,10 @@ fn slot<T: Real>(grid: &Grid<T>, spans: [&Span; 3], run: &Run) -> usize {
     grid.slot_of_block(by_axis(|a| spans[a].blocks[run.block[a]])) as usize
 }
 
-/// The first of four cells, so many rows on from the first around a point.
-#[inline(always)]
-fn four([i, j, k]: [usize; 3], m: usize, n: usize) -> usize {
-    i + SPAN * (j + m + SPAN * (k + n))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::delta::Around;
     use crate::topology::Boundary;
 
     #[test]
@@ -274,10 +346,11 @@ mod tests {
         for (n, cell) in window.cells.as_flattened_mut().iter_mut().enumerate() {
             *cell = value(n);
         }
-        let around = Around::<f64>::new(&topology, DVec3::new(5.3, 8.9, 6.05));
+        let at = DVec3::new(5.3, 8.9, 6.05);
+        let (placed, around) = (Placed::new(&topology, at), Around::<f64>::new(&topology, at));
         let mut exact = [0.0; 4];
         let mut pushed = Window::<f64>::new();
-        pushed.add(&around, [1.0, 2.0, 3.0, 4.0]);
+        pushed.add(&placed, [1.0, 2.0, 3.0, 4.0]);
         for n in 0..64 {
             let off = [n % 4, n / 4 % 4, n / 16];
             let at = [0, 1, 2].map(|a| around.first[a] as usize % EDGE + off[a]);
@@ -288,7 +361,9 @@ mod tests {
                 assert!((pushed.cells.as_flattened()[cell + c] - weight * (c + 1) as f64).abs() < 1e-12);
             }
         }
-        let sum = window.sum(&around);
+        let mut sum = [[0.0; 4]];
+        window.sums(&[placed], &mut sum);
+        let [sum] = sum;
         assert!((0..4).all(|c| (sum[c] - exact[c]).abs() < 1e-9), "{sum:?} {exact:?}");
         assert!((pushed.cells.as_flattened().iter().sum::<f64>() - 640.0).abs() < 1e-9);
     }

@@ -272,7 +272,7 @@ impl Contacts {
         let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
         for outline in outlines {
             // Sparse neighbours cost little, and a list that lasts saves much: for thin bodies sooner than for thick ones.
-            least = least.min(outline.thickness * if outline.half == DVec3::ZERO { 0.4 } else { 6.0 });
+            least = least.min(outline.thickness * if outline.half == DVec3::ZERO { 0.4 } else { 20.0 });
             most = most.max(outline.thickness);
         }
         self.neighbours.update(

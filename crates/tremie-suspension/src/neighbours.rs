@@ -17,7 +17,7 @@ use crate::distance::{Outline, nearest_of_segments};
 use crate::regions::Regions;
 
 /// Steps that a list of pairs lasts, if it may.
-const LASTS: f64 = 16.0;
+const LASTS: f64 = 64.0;
 
 /// Bodies that come later are compared with all others as long as they are less than one in so many of them.
 const FEW: usize = 64;

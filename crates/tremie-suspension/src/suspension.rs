@@ -126,7 +126,11 @@ impl Suspension {
         let gravity = self.gravity.unwrap_or_else(|| carrier.gravity());
         // What comes out of the surface is drawn back, no faster than a grain of fluid falls back by itself.
         let back = (gravity.length() * carrier.grain()).sqrt();
-        self.seen.par_iter_mut().with_min_len(CHUNK).for_each(|seen| seen.velocity += back * seen.inward);
+        self.seen.par_iter_mut().with_min_len(CHUNK).filter(|seen| seen.inward != DVec3::ZERO).for_each(
+            |seen| {
+                seen.velocity += back * seen.inward;
+            },
+        );
         let (mut moved, mut responses) =
             (std::mem::take(&mut self.moved), std::mem::take(&mut self.responses));
         (0..self.inclusions.len())

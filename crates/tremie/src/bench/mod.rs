@@ -19,6 +19,7 @@ use tremie_geometry::Shape;
 use tremie_simulation::Load;
 use tremie_simulation::gauges::Gauges;
 use tremie_simulation::rest::RestWatch;
+use tremie_suspension::Inclusions;
 
 use crate::numbers::significant;
 use crate::{fracture, plan, terminal};
@@ -240,7 +241,7 @@ fn full_box(precision: Precision) -> anyhow::Result<Work> {
 /// The same with so many fibres, so many times as close together as in the case, and what they cost.
 fn fibres(number: usize, closer: f64) -> anyhow::Result<Work> {
     let case = fibres_case(number, closer)?;
-    let without = pace(&Case { groups: Vec::new(), ..case.clone() })?;
+    let without = pace(&Case { groups: Vec::new(), inclusions: Inclusions::default(), ..case.clone() })?;
     let with = pace(&case)?;
     let step = |work: &Work| work.wet / work.updates_per_second;
     let bodies = case.inclusions.len() as f64;
