@@ -102,7 +102,7 @@ impl<T: Real> Carrier for Lattice<'_, T> {
         );
     }
 
-    fn push(&mut self, _: &[DVec3], forces: &[DVec3]) {
+    fn push(&mut self, forces: &[DVec3]) {
         self.grid.push_at(forces, self.scaling.stress_unit() * self.scaling.cell_size.powi(2));
     }
 }

@@ -44,6 +44,6 @@ pub trait Carrier {
     /// Finds the thickening around each point, from the shear rate there.
     fn thicken(&mut self, points: &[DVec3], seen: &mut [Seen]);
 
-    /// Pushes the fluid at each point with a force in N, spread over the fluid that [`Carrier::see`] saw from there.
-    fn push(&mut self, points: &[DVec3], forces: &[DVec3]);
+    /// Pushes the fluid with a force in N at each point that was asked for last, spread over the fluid that [`Carrier::see`] saw from there.
+    fn push(&mut self, forces: &[DVec3]);
 }

@@ -162,7 +162,7 @@ impl Suspension {
             self.contacts.resolve(&mut self.inclusions, &responses, walls, &periods, film, step);
         }
         self.react();
-        carrier.push(&self.points, &self.forces);
+        carrier.push(&self.forces);
         let bodies = &mut self.inclusions;
         let motions = (
             &mut bodies.position,
