@@ -241,12 +241,17 @@ fn full_box(precision: Precision) -> anyhow::Result<Work> {
 /// The same with so many fibres, so many times as close together as in the case, and what they cost.
 fn fibres(number: usize, closer: f64) -> anyhow::Result<Work> {
     let case = fibres_case(number, closer)?;
-    let without = pace(&Case { groups: Vec::new(), inclusions: Inclusions::default(), ..case.clone() })?;
+    let without = pace(&without_bodies(&case))?;
     let with = pace(&case)?;
     let step = |work: &Work| work.wet / work.updates_per_second;
     let bodies = case.inclusions.len() as f64;
     let cost = 1e6 * (step(&with) - step(&without)) / bodies;
     Ok(Work { microseconds_per_body_step: Some(cost), ..with })
+}
+
+/// The same box with fluid alone.
+fn without_bodies(case: &Case) -> Case {
+    Case { groups: Vec::new(), inclusions: Inclusions::default(), ..case.clone() }
 }
 
 /// A box that stays full: the median pace of some seconds.
@@ -493,6 +498,7 @@ mod tests {
     #[test]
     fn dense_fibres_are_as_many_as_in_concrete() {
         let case = fibres_case(5_000, 8.0).unwrap();
+        assert!(case.has_bodies() && !without_bodies(&case).has_bodies());
         let volume: f64 = (0..case.inclusions.len()).map(|n| case.inclusions.form(n).volume()).sum();
         let size = case.domain.max - case.domain.min;
         assert!((volume / size.element_product() - 0.005).abs() < 2e-4);
