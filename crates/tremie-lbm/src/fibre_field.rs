@@ -9,7 +9,7 @@
 //! ```
 //!
 //! by cubic interpolation along each axis on which there is fluid enough, else linear, between the values of the cells around. A tensor is no amount that has to
-//! be kept, and so what the fluid carries in `carried` by the mass that passes each link in each step is carried here with some steps at once, a tenth of the work:
+//! be kept, and so what the fluid carries in `carried` by the mass that passes each link in each step is carried here with many steps at once, a small part of the work:
 //! as many as the fluid takes to go a cell, and no more than [`STEPS`].
 //!
 //! A cell that has just become wet gets what was where its fluid came from as all others. Beside an inlet each step mixes in what comes there.
@@ -29,7 +29,7 @@ use crate::surface::Cell;
 use crate::topology::{CELLS, EDGE};
 
 /// Steps between two looks at most. Odd, because what is left of an impulse in a rigid cell alternates between steps.
-const STEPS: u64 = 9;
+const STEPS: u64 = 27;
 /// Cells that the fluid goes between two looks, by the speed that it had at the last one.
 const WAY: f64 = 0.7;
 /// Cells that are looked at around a block.
