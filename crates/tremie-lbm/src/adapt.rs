@@ -2,9 +2,8 @@
 //!
 //! A slump spends most of its time creeping, at a tenth of its first height and a thousandth of its first speed; what set the time
 //! step at the start holds no longer. Every [`INTERVAL`] steps the limits of `scaling` are asked again, for the fluid as it
-//! is: the 99th percentiles of its speed and of its pressure (single cells spike when they convert), and never more pressure than its height along
-//! gravity has: what falls from a hose is high, but does not weigh on what lies below as if it stood there.
-//! The largest speed and pressure of a while count, as long as the fluid needs to fall its height, so that a flow that has yet to begin is
+//! is: the 99th percentile of its speed (single cells spike when they convert) and its height along gravity.
+//! The largest speed of a while counts, as long as the fluid needs to fall its height, so that a flow that has yet to begin is
 //! not taken for one that has come to rest.
 //!
 //! The lattice viscosity may grow beyond what a first time step aims at, to [`VISCOSITY`]: with the odd moments tied to the
@@ -40,39 +39,31 @@ pub(crate) struct Look {
     pub(crate) time: f64,
     /// Speed that 99 % of the fluid does not exceed.
     pub(crate) speed: f64,
-    /// Relative density error of the pressure that 99 % of the fluid does not exceed.
-    pub(crate) pressure_error: f64,
-    /// The same of the hydrostatic pressure under the fluid's height.
+    /// Relative density error of the hydrostatic pressure, and of that of surface tension.
     pub(crate) hydrostatic_error: f64,
-    /// What comes to it by surface tension and loads.
-    pub(crate) other_error: f64,
     /// Viscosity.
     pub(crate) viscosity: f64,
     /// Time in s in which fluid falls the present height.
     pub(crate) fall: f64,
 }
 
-/// What was seen lately: the time in s, the speed in m/s, and the pressure over the density times 3, in m2/s2.
+/// Speeds seen lately, in m/s, with their times in s.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Watch {
-    pub(crate) seen: Vec<(f64, f64, f64)>,
+    pub(crate) seen: Vec<(f64, f64)>,
 }
 
 impl Watch {
     /// How many times as long the time step should be from now on, if it should change; `unit` is the velocity in m/s of one
     /// lattice unit.
     pub(crate) fn change(&mut self, look: &Look, unit: f64, limits: &Limits) -> Option<f64> {
-        self.seen.push((look.time, look.speed * unit, look.pressure_error * unit * unit));
+        self.seen.push((look.time, look.speed * unit));
         let start = look.time - look.fall;
         let whole = self.seen[0].0 <= start;
-        self.seen.retain(|(time, ..)| *time >= start);
-        let (fastest, pressed) = self
-            .seen
-            .iter()
-            .fold((0.0, 0.0), |(u, p), (_, speed, pressure)| (f64::max(u, *speed), f64::max(p, *pressure)));
-        let by_speed = limits.lattice_speed * unit / fastest;
-        let error = (pressed / (unit * unit)).min(look.hydrostatic_error) + look.other_error;
-        let by_pressure = (limits.hydrostatic_error / error).sqrt();
+        self.seen.retain(|(time, _)| *time >= start);
+        let fastest = self.seen.iter().map(|(_, speed)| *speed).fold(0.0, f64::max) / unit;
+        let by_speed = limits.lattice_speed / fastest;
+        let by_pressure = (limits.hydrostatic_error / look.hydrostatic_error).sqrt();
         let allowed = by_speed.min(by_pressure);
         if allowed < 1.0 {
             return Some(MARGIN * allowed);
@@ -83,15 +74,14 @@ impl Watch {
 }
 
 impl<T: Real> Grid<T> {
-    /// Speed and excess density in lattice units that the share [`PERCENTILE`] of the cells at least half full does not exceed, within 2 %.
-    pub(crate) fn common(&self, gravity: [T; 3]) -> [f64; 2] {
+    /// Speed in lattice units that the share [`PERCENTILE`] of the cells at least half full does not exceed, within 2 %.
+    pub(crate) fn common_speed(&self, gravity: [T; 3]) -> f64 {
         const BINS: usize = 1024;
         const RATIO: f64 = 1.02;
-        const LEAST: f64 = 1e-9;
-        let bin = |value: f64| (((value / LEAST).max(1.0).ln() / RATIO.ln()) as usize).min(BINS - 1);
+        const SLOWEST: f64 = 1e-9;
         let slots: Vec<usize> = self.slots().collect();
         let count = |slot: &usize| {
-            let mut bins = vec![[0u64; 2]; BINS];
+            let mut bins = vec![0u64; BINS];
             for cell in 0..CELLS {
                 let wet = self.kinds[*slot][cell / EDGE].wet() >> (cell % EDGE) & 1 == 1;
                 let fill = self.fills[*slot][(0, cell)].to_f64().min(1.0);
@@ -103,22 +93,20 @@ impl<T: Real> Grid<T> {
                 let square: f64 = (0..3)
                     .map(|a| (momentum[a] / (1.0 + excess) - 0.5 * fill * gravity[a].to_f64()).powi(2))
                     .sum();
-                bins[bin(square.sqrt())][0] += 1;
-                bins[bin(excess)][1] += 1;
+                let bin = (square.sqrt() / SLOWEST).max(1.0).ln() / RATIO.ln();
+                bins[(bin as usize).min(BINS - 1)] += 1;
             }
             bins
         };
-        let counts: Vec<Vec<[u64; 2]>> = slots.par_iter().map(count).collect();
-        [0, 1].map(|k| {
-            let bins: Vec<u64> = (0..BINS).map(|bin| counts.iter().map(|bins| bins[bin][k]).sum()).collect();
-            let rank = (PERCENTILE * bins.iter().sum::<u64>() as f64).ceil() as u64;
-            let mut below = 0;
-            let bin = bins.iter().position(|n| {
-                below += n;
-                below >= rank
-            });
-            bin.map_or(0.0, |bin| LEAST * RATIO.powi(bin as i32 + 1))
-        })
+        let counts: Vec<Vec<u64>> = slots.par_iter().map(count).collect();
+        let bins: Vec<u64> = (0..BINS).map(|bin| counts.iter().map(|bins| bins[bin]).sum()).collect();
+        let rank = (PERCENTILE * bins.iter().sum::<u64>() as f64).ceil() as u64;
+        let mut below = 0;
+        let bin = bins.iter().position(|n| {
+            below += n;
+            below >= rank
+        });
+        bin.map_or(0.0, |bin| SLOWEST * RATIO.powi(bin as i32 + 1))
     }
 
     /// Height of the fluid in cells along an axis.
@@ -151,15 +139,7 @@ mod tests {
 
     const LIMITS: Limits =
         Limits { lattice_viscosity: 1.0 / 6.0, lattice_speed: 0.1, hydrostatic_error: 0.02 };
-    const LOOK: Look = Look {
-        time: 0.0,
-        speed: 1e-4,
-        pressure_error: 0.002,
-        hydrostatic_error: 0.002,
-        other_error: 0.0,
-        viscosity: 0.1,
-        fall: 0.1,
-    };
+    const LOOK: Look = Look { time: 0.0, speed: 1e-4, hydrostatic_error: 0.002, viscosity: 0.1, fall: 0.1 };
 
     #[test]
     fn a_step_grows_when_the_flow_has_been_slow_for_a_while() {
@@ -168,30 +148,11 @@ mod tests {
         assert_eq!(watch.change(&Look { time: 0.05, ..LOOK }, 25.0, &LIMITS), None);
         assert_eq!(watch.change(&Look { time: 0.1, ..LOOK }, 25.0, &LIMITS), Some(2.0));
         // No more than pressure and viscosity allow.
-        let near = Look { time: 0.2, pressure_error: 0.01, hydrostatic_error: 0.01, ..LOOK };
+        let near = Look { time: 0.2, hydrostatic_error: 0.01, ..LOOK };
         assert!((watch.change(&near, 25.0, &LIMITS).unwrap() - 0.9 * 2f64.sqrt()).abs() < 1e-12);
         let viscous = Look { time: 0.3, viscosity: 0.5, ..LOOK };
         assert_eq!(watch.change(&viscous, 25.0, &LIMITS), Some(1.5));
         assert_eq!(watch.change(&Look { time: 0.4, viscosity: 0.7, ..LOOK }, 25.0, &LIMITS), None);
-    }
-
-    /// High fluid that does not press, as under a hose, holds no step back; nor does more pressure than the height has.
-    #[test]
-    fn the_pressure_that_there_is_counts() {
-        let steps = |look: Look| {
-            let mut watch = Watch::default();
-            watch.change(&look, 25.0, &LIMITS);
-            watch.change(&Look { time: look.fall, ..look }, 25.0, &LIMITS)
-        };
-        assert_eq!(steps(Look { hydrostatic_error: 0.02, ..LOOK }), Some(2.0));
-        assert_eq!(steps(Look { pressure_error: 0.02, ..LOOK }), Some(2.0));
-        assert_eq!(steps(Look { pressure_error: 0.02, hydrostatic_error: 0.02, ..LOOK }), None);
-        // Pressure is remembered for a while, and is the same in longer steps.
-        let mut watch = Watch::default();
-        let pressed = Look { pressure_error: 0.01, hydrostatic_error: 0.1, ..LOOK };
-        watch.change(&pressed, 25.0, &LIMITS);
-        let later = Look { time: 0.1, pressure_error: 0.0, hydrostatic_error: 0.4, ..LOOK };
-        assert_eq!(watch.change(&later, 12.5, &LIMITS), Some(0.9 * 0.5_f64.sqrt()));
     }
 
     #[test]

@@ -405,15 +405,15 @@ impl<T: Real> FreeSurface<T> {
         let pressed = self.plate.map_or(DVec3::ZERO, |plate| plate.acceleration(self.mass()));
         let (axis, falling) = ((gravity + pressed).abs().max_position(), (gravity + pressed).length());
         let (gravity, height) = (gravity.length(), self.grid.height(axis) as f64 * self.scaling.cell_size);
-        let [speed, pressure_error] = self.grid.common(self.fluid.gravity());
         let look = Look {
             time: self.time,
-            speed: speed
+            speed: self
+                .grid
+                .common_speed(self.fluid.gravity())
                 .max(self.scaling.velocity(self.solid_speed()))
                 .max(self.scaling.velocity(inflow_speed(&self.case, self.time))),
-            pressure_error,
-            hydrostatic_error: self.scaling.hydrostatic_error(gravity, height),
-            other_error: self.scaling.capillary_error(self.case.material.surface_tension)
+            hydrostatic_error: self.scaling.hydrostatic_error(gravity, height)
+                + self.scaling.capillary_error(self.case.material.surface_tension)
                 + 3.0 * self.plate.map_or(0.0, |plate| plate.pressure),
             viscosity: self.scaling.viscosity(self.case.material.curve.plastic_viscosity()),
             fall: (2.0 * height / falling).sqrt(),
@@ -648,7 +648,7 @@ impl<T: Real> Simulation for FreeSurface<T> {
             "time": self.time,
             "structured": self.structured,
             "time_step": self.scaling.time_step,
-            "watched": self.watch.seen,
+            "speeds": self.watch.seen,
             "mass": self.mass,
             "waiting": self.ledger.waiting,
             "stranded": self.ledger.stranded,
@@ -725,7 +725,7 @@ impl<T: Real> Simulation for FreeSurface<T> {
         }
         let rises = serde_json::from_value(state.header["rises"].clone()).map_err(|_| missing("rises"))?;
         grid.restore_rises(rises).ok_or_else(|| missing("rises"))?;
-        let seen = serde_json::from_value(state.header["watched"].clone()).map_err(|_| missing("watched"))?;
+        let seen = serde_json::from_value(state.header["speeds"].clone()).map_err(|_| missing("speeds"))?;
         let (time, time_step) = (number("time")?, number("time_step")?);
         let pairs = |name: &str| -> Result<Vec<[f64; 2]>, RestoreError> {
             serde_json::from_value(state.header[name].clone()).map_err(|_| missing(name))
