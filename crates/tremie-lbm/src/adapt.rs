@@ -3,6 +3,9 @@
 //! A slump spends most of its time creeping, at a tenth of its first height and a thousandth of its first speed; what set the time
 //! step at the start holds no longer. Every [`INTERVAL`] steps the limits of `scaling` are asked again, for the fluid as it
 //! is: the 99th percentile of its speed (single cells spike when they convert) and its height along gravity.
+//! While fluid comes in, two things differ. What falls from a hose is high, but does not weigh on what lies below as if it stood
+//! there: the 99th percentile of the pressure counts in place of the height. And the jet is a small part of all fluid, but the fastest:
+//! the speed counts that 99 % of the kinetic energy does not exceed. Until a jet has had the time to fall, it is taken to fall freely.
 //! The largest speed of a while counts, as long as the fluid needs to fall its height, so that a flow that has yet to begin is
 //! not taken for one that has come to rest.
 //!
@@ -47,6 +50,17 @@ pub(crate) struct Look {
     pub(crate) fall: f64,
 }
 
+/// What most of the fluid does not exceed, in lattice units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Common {
+    /// Speed.
+    pub(crate) speed: f64,
+    /// Speed that most of the kinetic energy does not exceed.
+    pub(crate) energetic_speed: f64,
+    /// Excess of the density, by its pressure.
+    pub(crate) excess: f64,
+}
+
 /// Speeds seen lately, in m/s, with their times in s.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Watch {
@@ -74,14 +88,15 @@ impl Watch {
 }
 
 impl<T: Real> Grid<T> {
-    /// Speed in lattice units that the share [`PERCENTILE`] of the cells at least half full does not exceed, within 2 %.
-    pub(crate) fn common_speed(&self, gravity: [T; 3]) -> f64 {
+    /// What the share [`PERCENTILE`] of the fluid does not exceed, in cells at least half full, within 2 %.
+    pub(crate) fn common(&self, gravity: [T; 3]) -> Common {
         const BINS: usize = 1024;
         const RATIO: f64 = 1.02;
-        const SLOWEST: f64 = 1e-9;
+        const LEAST: f64 = 1e-9;
+        let bin = |value: f64| (((value / LEAST).max(1.0).ln() / RATIO.ln()) as usize).min(BINS - 1);
         let slots: Vec<usize> = self.slots().collect();
         let count = |slot: &usize| {
-            let mut bins = vec![0u64; BINS];
+            let mut bins = vec![[0.0; 3]; BINS];
             for cell in 0..CELLS {
                 let wet = self.kinds[*slot][cell / EDGE].wet() >> (cell % EDGE) & 1 == 1;
                 let fill = self.fills[*slot][(0, cell)].to_f64().min(1.0);
@@ -93,20 +108,25 @@ impl<T: Real> Grid<T> {
                 let square: f64 = (0..3)
                     .map(|a| (momentum[a] / (1.0 + excess) - 0.5 * fill * gravity[a].to_f64()).powi(2))
                     .sum();
-                let bin = (square.sqrt() / SLOWEST).max(1.0).ln() / RATIO.ln();
-                bins[(bin as usize).min(BINS - 1)] += 1;
+                let speed = bin(square.sqrt());
+                bins[speed][0] += 1.0;
+                bins[speed][1] += square;
+                bins[bin(excess)][2] += 1.0;
             }
             bins
         };
-        let counts: Vec<Vec<u64>> = slots.par_iter().map(count).collect();
-        let bins: Vec<u64> = (0..BINS).map(|bin| counts.iter().map(|bins| bins[bin]).sum()).collect();
-        let rank = (PERCENTILE * bins.iter().sum::<u64>() as f64).ceil() as u64;
-        let mut below = 0;
-        let bin = bins.iter().position(|n| {
-            below += n;
-            below >= rank
+        let counts: Vec<Vec<[f64; 3]>> = slots.par_iter().map(count).collect();
+        let [speed, energetic_speed, excess] = [0, 1, 2].map(|k| {
+            let bins: Vec<f64> = (0..BINS).map(|bin| counts.iter().map(|bins| bins[bin][k]).sum()).collect();
+            let all: f64 = bins.iter().sum();
+            let mut below = 0.0;
+            let bin = bins.iter().position(|n| {
+                below += n;
+                below > 0.0 && below >= PERCENTILE * all
+            });
+            bin.map_or(0.0, |bin| LEAST * RATIO.powi(bin as i32 + 1))
         });
-        bin.map_or(0.0, |bin| SLOWEST * RATIO.powi(bin as i32 + 1))
+        Common { speed, energetic_speed, excess }
     }
 
     /// Height of the fluid in cells along an axis.

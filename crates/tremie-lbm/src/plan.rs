@@ -125,7 +125,7 @@ impl Plan {
             speed = speed
                 .max(loaded.speed(density * fluid_volume(case), (high - low).dot(loaded.direction.abs())));
         }
-        speed = speed.max(inflow_speed(case, 0.0)).max(channel_speed(case, viscosity / density));
+        speed = speed.max(inflow_speed(case)).max(channel_speed(case, viscosity / density));
 
         let limits = Limits {
             lattice_viscosity: lbm.lattice_viscosity,
@@ -188,11 +188,8 @@ fn fluid_height(case: &Case, direction: DVec3) -> f64 {
     (high - low).dot(direction.abs()).max(0.0)
 }
 
-/// Speed in m/s that fluid may reach that comes in at a time in s or later, and falls on what has come in by then.
-pub(crate) fn inflow_speed(case: &Case, time: f64) -> f64 {
-    let gravity = confined_gravity(case);
-    let down = gravity.normalize_or_zero();
-    let end = DVec3::select(gravity.cmpgt(DVec3::ZERO), case.domain.max, case.domain.min);
+/// Speed in m/s that fluid may reach that comes in and falls on what has come in by then.
+fn inflow_speed(case: &Case) -> f64 {
     // Falls are longest where motions, flows, or the time that is left begin or end.
     let turns = case.inlets.iter().flat_map(|inlet| {
         let points = match &inlet.motion {
@@ -201,17 +198,32 @@ pub(crate) fn inflow_speed(case: &Case, time: f64) -> f64 {
         };
         points.iter().map(|point| point.time).chain([inlet.start, inlet.end()])
     });
-    let times: Vec<f64> = turns.chain([time, case.stop.time]).filter(|t| *t >= time).collect();
-    let mut fastest: f64 = 0.0;
-    for inlet in &case.inlets {
-        let start = inlet.flow_rate / inlet.face.area();
-        for t in times.iter().filter(|t| (inlet.start..=inlet.end().min(case.stop.time)).contains(*t)) {
-            let drawn = (end - inlet.face.centre - inlet.motion.offset(*t)).dot(down) - level(case, *t);
-            let height = drawn.max(inlet.above_fill.map_or(0.0, |above| above.distance));
-            fastest = fastest.max((start * start + 2.0 * gravity.length() * height).sqrt());
-        }
-    }
-    fastest
+    let times: Vec<f64> = turns.chain([0.0, case.stop.time]).collect();
+    let flows = |inlet: &Inlet, t: f64| (inlet.start..=inlet.end().min(case.stop.time)).contains(&t);
+    let all = case.inlets.iter().flat_map(|inlet| times.iter().map(move |t| (inlet, *t)));
+    all.filter(|(inlet, t)| flows(inlet, *t)).map(|(inlet, t)| fall(case, inlet, t)[1]).fold(0.0, f64::max)
+}
+
+/// Speed in m/s that fluid which comes in now, or until `soon` in s, has, or may reach if it has not had the time to fall yet. Twice the time
+/// of a free fall is allowed for: viscous jets are slower. None if nothing comes in.
+pub(crate) fn speed_of_first_fall(case: &Case, time: f64, soon: f64) -> Option<f64> {
+    let speed = |inlet: &Inlet| {
+        let [start, end] = fall(case, inlet, time.max(inlet.start));
+        let falls = (time - inlet.start) * confined_gravity(case).length() <= 2.0 * (end - start);
+        (inlet.start <= soon && time <= inlet.end()).then_some(if falls { end } else { start })
+    };
+    case.inlets.iter().filter_map(speed).reduce(f64::max)
+}
+
+/// Speeds in m/s with which fluid comes in at a time in s, and, if it fell freely, with which it gets to what has come in by then.
+fn fall(case: &Case, inlet: &Inlet, time: f64) -> [f64; 2] {
+    let gravity = confined_gravity(case);
+    let end = DVec3::select(gravity.cmpgt(DVec3::ZERO), case.domain.max, case.domain.min);
+    let way = end - inlet.face.centre - inlet.motion.offset(time);
+    let drawn = way.dot(gravity.normalize_or_zero()) - level(case, time);
+    let height = drawn.max(inlet.above_fill.map_or(0.0, |above| above.distance));
+    let start = inlet.flow_rate / inlet.face.area();
+    [start, (start * start + 2.0 * gravity.length() * height).sqrt()]
 }
 
 /// Height in m that all that has come in by a time in s would have in the domain without solids, if it lay level; zero where that is not known.

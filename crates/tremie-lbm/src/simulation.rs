@@ -21,7 +21,7 @@ use crate::inlet::{Inflow, Inlets};
 use crate::lattice::Q;
 use crate::outlet::{Amount, outlets};
 use crate::passage::Passage;
-use crate::plan::{Plan, confined_gravity, inflow_speed, settings};
+use crate::plan::{Plan, confined_gravity, settings, speed_of_first_fall};
 use crate::plate::Plate;
 use crate::real::Real;
 use crate::rows::Rows;
@@ -405,14 +405,18 @@ impl<T: Real> FreeSurface<T> {
         let pressed = self.plate.map_or(DVec3::ZERO, |plate| plate.acceleration(self.mass()));
         let (axis, falling) = ((gravity + pressed).abs().max_position(), (gravity + pressed).length());
         let (gravity, height) = (gravity.length(), self.grid.height(axis) as f64 * self.scaling.cell_size);
+        let common = self.grid.common(self.fluid.gravity());
+        let soon = self.time + INTERVAL as f64 * self.scaling.time_step;
+        let mut speed = common.speed.max(self.scaling.velocity(self.solid_speed()));
+        let mut hydrostatic_error = self.scaling.hydrostatic_error(gravity, height);
+        if let Some(first) = speed_of_first_fall(&self.case, self.time, soon) {
+            speed = speed.max(common.energetic_speed).max(self.scaling.velocity(first));
+            hydrostatic_error = hydrostatic_error.min(common.excess);
+        }
         let look = Look {
             time: self.time,
-            speed: self
-                .grid
-                .common_speed(self.fluid.gravity())
-                .max(self.scaling.velocity(self.solid_speed()))
-                .max(self.scaling.velocity(inflow_speed(&self.case, self.time))),
-            hydrostatic_error: self.scaling.hydrostatic_error(gravity, height)
+            speed,
+            hydrostatic_error: hydrostatic_error
                 + self.scaling.capillary_error(self.case.material.surface_tension)
                 + 3.0 * self.plate.map_or(0.0, |plate| plate.pressure),
             viscosity: self.scaling.viscosity(self.case.material.curve.plastic_viscosity()),

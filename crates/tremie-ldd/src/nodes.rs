@@ -151,26 +151,6 @@ impl Nodes {
         longest_step(self.space.spacing, fastest, &self.stepping, self.fluid.gravity)
     }
 
-    /// Memory in bytes that what is kept from step to step takes.
-    pub(crate) fn bytes(&self) -> usize {
-        self.positions.len() * (2 * size_of::<DVec3>() + 2 * size_of::<f64>())
-    }
-
-    /// Leaves only those that stay.
-    pub(crate) fn keep(&mut self, stays: &[bool]) {
-        fn only<T: Copy>(of: &mut Vec<T>, stays: &[bool]) {
-            let mut n = 0;
-            of.retain(|_| {
-                n += 1;
-                stays[n - 1]
-            });
-        }
-        only(&mut self.positions, stays);
-        only(&mut self.velocities, stays);
-        only(&mut self.pressures, stays);
-        only(&mut self.shear_rates, stays);
-    }
-
     /// Brings nodes into the order in which they stand along a curve through space, so that those who are near stand near in memory.
     fn line_up(&mut self) {
         let order = along_curve(&self.positions, self.space.spacing);

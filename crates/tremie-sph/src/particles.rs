@@ -170,45 +170,6 @@ impl Particles {
         DIFFUSES * self.fluid.density * self.space.smoothing_length().powi(2) / viscosity
     }
 
-    /// Memory in bytes that what is kept from step to step takes.
-    pub(crate) fn bytes(&self) -> usize {
-        let each = 2 * size_of::<DVec3>() + 2 * size_of::<f64>();
-        self.positions.len() * each
-    }
-
-    /// Leaves only those that stay.
-    pub(crate) fn keep(&mut self, stays: &[bool]) {
-        fn only<T: Copy>(of: &mut Vec<T>, stays: &[bool]) {
-            let mut n = 0;
-            of.retain(|_| {
-                n += 1;
-                stays[n - 1]
-            });
-        }
-        only(&mut self.positions, stays);
-        only(&mut self.velocities, stays);
-        only(&mut self.pressures, stays);
-        only(&mut self.shear_rates, stays);
-    }
-
-    /// Goes to another moment.
-    pub(crate) fn go_back(
-        &mut self,
-        time: f64,
-        positions: Vec<DVec3>,
-        velocities: Vec<DVec3>,
-        pressures: Vec<f64>,
-        shear_rates: Vec<f64>,
-        plate: Option<Plate>,
-    ) {
-        self.time = time;
-        (self.positions, self.velocities) = (positions, velocities);
-        (self.pressures, self.shear_rates) = (pressures, shear_rates);
-        if let Some(plate) = plate {
-            self.set_plate(plate);
-        }
-    }
-
     /// Goes on by a step.
     ///
     /// # Errors

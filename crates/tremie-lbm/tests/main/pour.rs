@@ -126,6 +126,31 @@ fn pouring_gives_the_same_bits_on_any_number_of_threads_and_after_a_restart() {
     }
 }
 
+#[test]
+fn steps_grow_once_a_jet_has_landed() {
+    let with = |stepping: &str| {
+        let case = case(&(tank("", HOSE, "f64") + &format!("stepping = \"{stepping}\"\n")));
+        let mut simulation = lattice_boltzmann(&case);
+        let step =
+            |simulation: &dyn LatticeBoltzmann| simulation.save().header["time_step"].as_f64().unwrap();
+        let first = step(&*simulation);
+        // Concrete falls slower than freely, but that is only known once it has fallen.
+        while simulation.time() < 0.1 {
+            advance(&mut *simulation, 10);
+            assert!(step(&*simulation) <= first);
+        }
+        while simulation.time() < 2.0 {
+            advance(&mut *simulation, 1);
+        }
+        assert!(lost(&*simulation).abs() < 1e-9, "{}", lost(&*simulation));
+        (step(&*simulation) / first, cells(&*simulation))
+    };
+    let ((_, fixed), (growth, adaptive)) = (with("fixed"), with("adaptive"));
+    assert!(growth > 1.25, "{growth}");
+    let apart: f64 = fixed.fill.iter().zip(&adaptive.fill).map(|(a, b)| (a - b).abs()).sum();
+    assert!(apart < 0.02 * fixed.fill.iter().sum::<f64>(), "{apart}");
+}
+
 /// The hose from 60 mm above the floor, drawn up as the tank fills.
 fn drawn_up(speed: &str) -> String {
     HOSE.replace("153 mm", "60 mm")

@@ -104,7 +104,7 @@ pub fn nodes(case: &Case, space: &Space) -> (Vec<DVec3>, Vec<DVec3>) {
 }
 
 /// Speed in m/s that the load on a solid may give so many nodes.
-pub fn pressed_speed(case: &Case, number: usize) -> f64 {
+pub(super) fn pressed_speed(case: &Case, number: usize) -> f64 {
     let mass = number as f64 * case.material.density * case.method.resolution().powi(3);
     case.loaded().map_or(0.0, |loaded| {
         let (low, high) = case.fluid_box();

@@ -51,7 +51,7 @@ pub struct Pull {
 
 /// Nodes of a fluid at a moment.
 #[derive(Debug, Clone, Copy)]
-pub struct Scattered<'a> {
+pub(super) struct Scattered<'a> {
     /// The case.
     pub case: &'a Case,
     /// Where nodes are, and its walls.
@@ -78,7 +78,7 @@ pub struct Scattered<'a> {
 
 impl Scattered<'_> {
     /// What there is to see, if walls are pulled so by what is viscous in the fluid.
-    pub fn view(&self, pulls: &[Pull]) -> Snapshot {
+    pub(super) fn view(&self, pulls: &[Pull]) -> Snapshot {
         let cells = self.cells();
         let faces = self.faces(&cells);
         let (solids, sides) = self.loads(&faces, pulls);

@@ -3,12 +3,12 @@
 use tremie_numerics::{DMat3, DVec3};
 use tremie_simulation::{Cells, Fluid};
 use tremie_suspension::orientation::{Block, Share};
-use tremie_suspension::{Closure, Distribution, Inclusions};
+use tremie_suspension::{Closure, Direction, Distribution, Inclusions};
 
 use super::benchmark::{Check, Context, shown};
 use super::flow::Flow;
 
-/// Time in s between two looks.
+/// Time in s between two looks at the shear cell.
 const LOOK: f64 = 0.25;
 
 /// Largest difference in any component.
@@ -22,27 +22,26 @@ fn middle(cells: &Cells) -> [f64; 2] {
     [0.75 * low + 0.25 * high, 0.25 * low + 0.75 * high]
 }
 
-/// Mean tensor of the field there.
-fn of_field(cells: &Cells) -> anyhow::Result<DMat3> {
+/// Mean tensor of the field in the fluid where its place lies within.
+fn of_field(cells: &Cells, within: impl Fn(DVec3) -> bool) -> anyhow::Result<DMat3> {
     let field =
         cells.lying.as_ref().ok_or_else(|| anyhow::anyhow!("the case must have a field of fibres"))?;
-    let [low, high] = middle(cells);
-    let (mut sum, mut number) = (DMat3::ZERO, 0.0);
+    let (mut sum, mut fluid) = (DMat3::ZERO, 0.0);
     for n in 0..cells.fill.len() {
-        let z = cells.origin.z + cells.size * ((n / (cells.count[0] * cells.count[1])) as f64 + 0.5);
-        if (low..high).contains(&z) {
-            sum += field.tensor(n);
-            number += 1.0;
+        let [nx, ny, _] = cells.count;
+        let at = [n % nx, n / nx % ny, n / (nx * ny)].map(|i| i as f64 + 0.5);
+        if within(cells.origin + cells.size * DVec3::from(at)) {
+            sum += field.tensor(n) * cells.fill[n];
+            fluid += cells.fill[n];
         }
     }
-    Ok(sum * f64::recip(number))
+    Ok(sum * f64::recip(fluid))
 }
 
 /// That of the fibres with their centres there.
-fn of_fibres(cells: &Cells, bodies: &Inclusions) -> anyhow::Result<DMat3> {
-    let [low, high] = middle(cells);
+fn of_fibres(bodies: &Inclusions, within: impl Fn(DVec3) -> bool) -> anyhow::Result<DMat3> {
     let mut share = Share::NONE;
-    for n in (0..bodies.len()).filter(|n| (low..high).contains(&bodies.position[*n].z)) {
+    for n in (0..bodies.len()).filter(|n| within(bodies.position[*n])) {
         share.add(bodies, n, &Block::SPACE);
     }
     share.tensor().ok_or_else(|| anyhow::anyhow!("the case must have fibres"))
@@ -87,11 +86,13 @@ pub(super) fn folgar_tucker_shear(context: &Context) -> anyhow::Result<Vec<Check
         let Fluid::Cells(cells) = &view.fluid;
         let deformation = DMat3::from_cols(DVec3::X, DVec3::Y, DVec3::new(strain, 0.0, 1.0));
         let exact = Distribution::deformed(&deformation).tensor();
-        let (a, b) = (of_field(cells)?, of_fibres(cells, &view.inclusions)?);
+        let [low, high] = middle(cells);
+        let within = |at: DVec3| (low..high).contains(&at.z);
+        let (a, b) = (of_field(cells, within)?, of_fibres(&view.inclusions, within)?);
         each_other = each_other.max(distance(&a, &b));
         field = field.max(distance(&a, &exact));
         fibres = fibres.max(distance(&b, &exact));
-        older = older.max(distance(&of_field(&hybrid.cells())?, &exact));
+        older = older.max(distance(&of_field(&hybrid.cells(), within)?, &exact));
         last = (a, b, exact);
     }
     let mut checks = vec![
@@ -103,6 +104,52 @@ pub(super) fn folgar_tucker_shear(context: &Context) -> anyhow::Result<Vec<Check
     ];
     for (name, a) in [("field", last.0), ("fibres", last.1), ("closed form", last.2)] {
         checks.push(shown(format!("a_xx at the end, {name}"), a.x_axis.x));
+        checks.push(shown(format!("a_xz at the end, {name}"), a.x_axis.z));
+    }
+    Ok(checks)
+}
+
+/// The layer that a plate squeezes.
+pub(super) fn squeezed_layer(context: &Context) -> anyhow::Result<Vec<Check>> {
+    const LOOKS: u32 = 8;
+    const ENDS: f64 = 0.2;
+    let case = context.case("case.toml")?;
+    let (Some(plate), Some(layer), Some(field)) =
+        (case.solids.first(), case.fluid.first(), &case.fibre_field)
+    else {
+        anyhow::bail!("the case must have a plate, a layer, and a field of fibres");
+    };
+    let Direction::Aligned(direction) = field.direction else { anyhow::bail!("fibres must lie alike") };
+    let (low, high) = layer.shape.bounds();
+    let mut flow = Flow::new(case.clone());
+    let (mut fibres, mut fields) = (0.0_f64, 0.0_f64);
+    let mut last = [DMat3::ZERO; 3];
+    let whole = plate.motion.offset(case.stop.time).x;
+    for n in 1..=LOOKS {
+        let pushed = |time: f64| plate.motion.offset(time).x / whole * f64::from(LOOKS);
+        while pushed(flow.simulation.time()) < f64::from(n) && flow.simulation.time() < case.stop.time {
+            flow.steps(1)?;
+        }
+        let length = high.x - low.x + plate.motion.offset(flow.simulation.time()).x;
+        let stretch = (high.x - low.x) / length;
+        let turned = DVec3::new(direction.x / stretch, direction.y, direction.z * stretch).normalize();
+        let within = |at: DVec3| (ENDS * length..(1.0 - ENDS) * length).contains(&(at.x - low.x));
+        let view = flow.simulation.snapshot();
+        let Fluid::Cells(cells) = &view.fluid;
+        last = [
+            of_fibres(&view.inclusions, within)?,
+            of_field(cells, within)?,
+            Direction::Aligned(turned).tensor(),
+        ];
+        fibres = fibres.max(distance(&last[0], &last[2]));
+        fields = fields.max(distance(&last[1], &last[2]));
+    }
+    let mut checks = vec![
+        context.zero("fibres", "fibres from the closed form, largest in a_ij", "", fibres)?,
+        context.zero("field", "field from the closed form", "", fields)?,
+    ];
+    for (name, a) in ["fibres", "field", "closed form"].iter().zip(last) {
+        checks.push(shown(format!("a_zz at the end, {name}"), a.z_axis.z));
         checks.push(shown(format!("a_xz at the end, {name}"), a.x_axis.z));
     }
     Ok(checks)

@@ -1,5 +1,7 @@
 //! A simulation under way, as benchmarks drive it: to a time, to a steady flow, to rest.
 
+use std::time::{Duration, Instant};
+
 use anyhow::ensure;
 use tremie_case::{Case, Lbm, Method};
 use tremie_numerics::DVec3;
@@ -8,24 +10,31 @@ use tremie_simulation::rest::RestWatch;
 use tremie_simulation::{Cells, Fluid, Simulation};
 use tremie_suspension::Suspension;
 
+use crate::terminal;
+
 /// A simulation of a case and its gauges.
 pub(super) struct Flow {
     case: Case,
     /// The simulation itself.
     pub(super) simulation: Box<dyn Simulation>,
+    /// When it began, or was last told how far it is.
+    told: Instant,
 }
+
+/// Wall-clock time between two lines that say how far a simulation is.
+const LINE_INTERVAL: Duration = Duration::from_secs(60);
 
 impl Flow {
     /// The case at time zero.
     pub(super) fn new(case: Case) -> Self {
         let simulation = crate::plan::simulation(&case);
-        Self { case, simulation }
+        Self { case, simulation, told: Instant::now() }
     }
 
     /// The case at time zero with these bodies in it.
     pub(super) fn with(case: Case, suspension: Suspension) -> Self {
         let simulation = tremie_lbm::simulation_with(&case, Some(suspension));
-        Self { case, simulation }
+        Self { case, simulation, told: Instant::now() }
     }
 
     /// The fluid at present.
@@ -42,7 +51,7 @@ impl Flow {
     /// Advances by a number of steps.
     pub(super) fn steps(&mut self, number: u64) -> anyhow::Result<()> {
         for _ in 0..number {
-            self.simulation.advance()?;
+            self.advance()?;
         }
         Ok(())
     }
@@ -50,7 +59,16 @@ impl Flow {
     /// Advances to the first step at or past a time in s.
     pub(super) fn until(&mut self, time: f64) -> anyhow::Result<()> {
         while self.simulation.time() < time {
-            self.simulation.advance()?;
+            self.advance()?;
+        }
+        Ok(())
+    }
+
+    fn advance(&mut self) -> anyhow::Result<()> {
+        self.simulation.advance()?;
+        if self.told.elapsed() >= LINE_INTERVAL {
+            self.told = Instant::now();
+            terminal::note(&format!("  {}: t = {:.3} s", self.case.title, self.simulation.time()));
         }
         Ok(())
     }

@@ -5,7 +5,6 @@
 //! shadow, as wide as it, and others beside it.
 
 use anyhow::ensure;
-use rayon::prelude::*;
 use tremie_case::Case;
 use tremie_geometry::{Body, Shape};
 use tremie_numerics::{DMat3, DVec3};
@@ -161,6 +160,7 @@ struct Wakes {
     profile: Vec<[f64; 2]>,
 }
 
+/// Runs a case to its end.
 fn cast(case: &Case) -> anyhow::Result<Wakes> {
     let mut bars = bars(case);
     ensure!(!bars.is_empty(), "the case must have bars");
@@ -204,43 +204,34 @@ fn cast(case: &Case) -> anyhow::Result<Wakes> {
     Ok(Wakes { ratios, around: shadows.density() / whole, ways, profile })
 }
 
-/// The L-box and the wall.
-pub(super) fn bar_wake(context: &Context) -> anyhow::Result<Vec<Check>> {
-    const CASES: [(&str, &str); 2] = [("L-box", "l-box.toml"), ("wall", "wall.toml")];
-    let cases: anyhow::Result<Vec<Case>> = CASES.iter().map(|(_, file)| context.case(file)).collect();
-    let found: anyhow::Result<Vec<Wakes>> = cases?.par_iter().with_max_len(1).map(cast).collect();
-    let found = found?;
+/// The bars of an L-box, and the stiffeners of a wall.
+pub(super) fn wake(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let wakes = cast(&context.case("case.toml")?)?;
     let mut checks = Vec::new();
-    for ((name, _), wakes) in CASES.iter().zip(&found) {
-        for (n, [ratio, error]) in wakes.ratios.iter().enumerate() {
-            let Some(way) = wakes.ways.get(n) else {
-                let below = (1.0 - ratio) / error;
-                checks.push(context.at_least(
-                    "wake",
-                    format!("below the fluid beside, all bars, {name}, standard errors"),
-                    below,
-                )?);
-                checks.push(shown(format!("behind over beside, all bars, {name}"), *ratio));
-                checks.push(shown(format!("its standard error, {name}"), *error));
-                continue;
-            };
-            let degrees = way.z.atan2(way.x).to_degrees();
-            checks.push(shown(format!("behind over beside, bar {}, {name}", n + 1), *ratio));
-            checks.push(shown(format!("its standard error, bar {}, {name}", n + 1), *error));
-            checks.push(shown(
-                format!("way of the flow upwards from x, bar {}, {name}, degrees", n + 1),
-                degrees,
-            ));
-        }
-        checks.push(shown(format!("strips over all fluid, {name}"), wakes.around));
+    for (n, [ratio, error]) in wakes.ratios.iter().enumerate() {
+        let Some(way) = wakes.ways.get(n) else {
+            let below = (1.0 - ratio) / error;
+            checks.push(context.at_least(
+                "wake",
+                "below the fluid beside, all bars, standard errors",
+                below,
+            )?);
+            checks.push(shown("behind over beside, all bars", *ratio));
+            checks.push(shown("its standard error", *error));
+            continue;
+        };
+        let degrees = way.z.atan2(way.x).to_degrees();
+        checks.push(shown(format!("behind over beside, bar {}", n + 1), *ratio));
+        checks.push(shown(format!("its standard error, bar {}", n + 1), *error));
+        checks.push(shown(format!("way of the flow upwards from x, bar {}, degrees", n + 1), degrees));
     }
-    let curves = CASES.iter().zip(found);
+    checks.push(shown("strips over all fluid", wakes.around));
     context.show(&Figure {
         name: "profile",
         title: "Fibres behind bars",
         x: Axis::linear("across the way of the flow [diameters of the bar]"),
         y: Axis::linear("fibres over their mean"),
-        curves: curves.map(|((name, _), wakes)| ((*name).to_owned(), Style::Line, wakes.profile)).collect(),
+        curves: vec![("fibres".to_owned(), Style::Line, wakes.profile)],
     })?;
     Ok(checks)
 }
