@@ -14,8 +14,9 @@
 //! stress from the cell's centre, half a cell from the wall: an error of the order of a cell over the width, and nothing slides whose
 //! centre has not yielded, as a plug does on a film.)
 //!
-//! The stress is that of a steady flow across which one wall shears (module `wall`). Where the fluid speeds up, or two walls in an edge
-//! share what drives it, it is wrong by up to a sixth of the driving force of a cell, which is of the first order in the cell's size.
+//! The stress is that of a flow across which one wall shears (module `wall`). Of what drives the fluid, pressure is what is left of the force without
+//! what speeds the cell up, as its momentum tells. In an edge, two walls share what drives it, and how is not known: there the stress is that of a
+//! steady flow, wrong by up to a quarter of the driving force of a cell, which is of the first order in the cell's size.
 //! In an edge between two walls the fluid slides along the edge only.
 //!
 //! Surfaces that are not along the lattice are left to module `contact`.
@@ -24,7 +25,7 @@ use tremie_case::Surface;
 
 use crate::collision::{COMPONENT, Drive, Held, moments};
 use crate::lanes::{LANES, Lanes, bits};
-use crate::lattice::opposite;
+use crate::lattice::{C, opposite};
 use crate::processor::for_this_processor;
 use crate::real::{Number, Real, larger};
 use crate::relaxation::{Law, Relaxation};
@@ -58,6 +59,8 @@ pub(crate) enum Friction {
 struct Rubbing {
     /// Those that slide along each of the two tangents.
     along: [u8; 2],
+    /// Those of them at which no other wall is along the tangent.
+    alone: [u8; 2],
     /// Friction of the side of the domain there.
     side: Option<Friction>,
 }
@@ -112,7 +115,10 @@ impl<T: Real> Source<'_, T> {
                 let [a, b] = SLANTED[face][n];
                 // Fluid goes on both ways.
                 let open = !(row.solid[2 * t + 1] | row.solid[2 * t + 2]);
+                let aside = tangents(axis)[1 - n];
+                let edge = row.solid[2 * aside + 1] | row.solid[2 * aside + 2];
                 rubbing[face].along[n] = wall & row.solid[a] & row.solid[b] & open;
+                rubbing[face].alone[n] = rubbing[face].along[n] & !edge;
             }
             rubbing[face].side = side;
         }
@@ -152,7 +158,7 @@ fn slide_at_walls_here<T: Real, R: Law<T>>(
 ) {
     let first = (usize::from(row.row) & (ROWS - 1)) * LANES;
     let law = physics.law.row(&own.law);
-    for (face, Rubbing { along, side }) in source.rubbing(row, contacts).into_iter().enumerate() {
+    for (face, Rubbing { along, alone, side }) in source.rubbing(row, contacts).into_iter().enumerate() {
         let (axis, normal) = FACES[face];
         let friction = |k: usize| source.friction(facing(&contacts[k], axis, normal)).or(side);
         let mut left = along[0] | along[1];
@@ -166,7 +172,18 @@ fn slide_at_walls_here<T: Real, R: Law<T>>(
                 let leaving = std::array::from_fn(|i| source.own.lanes(i, first));
                 let drive = physics.drive_row(own);
                 let speed = |stress: Lanes<T>| friction.speed(stress, &law);
-                slide(f, &leaving, face, cells, along.map(|along| along & cells), held, drive, &law, speed);
+                slide(
+                    f,
+                    &leaving,
+                    face,
+                    cells,
+                    along.map(|along| along & cells),
+                    alone,
+                    held,
+                    drive,
+                    &law,
+                    speed,
+                );
             }
         }
     }
@@ -180,6 +197,7 @@ fn slide<T: Real, R: Relaxation<Lanes<T>>>(
     face: usize,
     cells: u8,
     along: [u8; 2],
+    alone: [u8; 2],
     held: Held<Lanes<T>>,
     drive: Drive<Lanes<T>>,
     law: &R,
@@ -189,6 +207,8 @@ fn slide<T: Real, R: Relaxation<Lanes<T>>>(
     let away = 2 * axis + if normal == 1 { 1 } else { 2 };
     let sign = Lanes::from_f64(-f64::from(normal));
     let none = [Lanes::ZERO; 2];
+    // The wall's velocity adds to the momentum that speeds the fluid up.
+    let gains = Lanes::ONE.only(alone[0] | alone[1]);
     let mut sliding = None;
     for _ in 0..TURNS {
         let m = moments(f, held, drive);
@@ -198,9 +218,11 @@ fn slide<T: Real, R: Relaxation<Lanes<T>>>(
             stress[n] = (sign * m.stress[COMPONENT[axis][t]]).only(along[n]);
             left[n] = (sign * m.stress_left(leaving, axis, t)).only(along[n]);
             taken[n] = (f[b] + leaving[opposite(b)] - f[a] - leaving[opposite(a)]).only(along[n]);
-            force[n] = m.force[t].only(along[n]);
+            // What of it does not speed the fluid up; in an edge another wall takes part.
+            let steady = momentum(leaving, t) - m.momentum[t];
+            force[n] = Lanes::choose(alone[n], steady, m.force[t]).only(along[n]);
         }
-        let [more, traction] = sliding_velocity(&m, stress, left, taken, force, law, &slides, sliding);
+        let [more, traction] = sliding_velocity(&m, stress, left, taken, force, gains, law, &slides, sliding);
         let before = sliding.unwrap_or(none);
         for (n, [a, b]) in SLANTED[face].into_iter().enumerate() {
             let push = Lanes::from_f64(1.0 / 6.0) * more[n];
@@ -212,4 +234,14 @@ fn slide<T: Real, R: Relaxation<Lanes<T>>>(
         }
         sliding = Some([before[0] + more[0], before[1] + more[1]]);
     }
+}
+
+/// Momentum of populations along an axis.
+#[inline(always)]
+fn momentum<T: Real>(f: &Populations<T>, axis: usize) -> Lanes<T> {
+    (1..f.len()).fold(Lanes::ZERO, |sum, i| match C[i][axis] {
+        0 => sum,
+        1 => sum + f[i],
+        _ => sum - f[i],
+    })
 }

@@ -27,7 +27,7 @@ use crate::lattice::{Q, W, opposite, vector};
 use crate::real::Real;
 use crate::relaxation::Relaxation;
 use crate::solids::Contact;
-use crate::wall::root;
+use crate::wall::{FOUND, root};
 
 /// Turns in which the limit of r is found.
 const TURNS: usize = 3;
@@ -115,7 +115,7 @@ pub(crate) fn sliding<T: Real, R: Relaxation<T>>(
         let area: f64 =
             contact.links().map(|i| 18.0 * W[i] * vector(i).dot(t).powi(2) * vector(i).dot(n)).sum();
         let stress = t.dot(response * free) / (fluid.density * area.max(LEAST_AREA));
-        let slid = root(|v| v - speed(stress * (1.0 - v / most)), 0.0, most);
+        let slid = root(|v| v - speed(stress * (1.0 - v / most)), [0.0, most], most, FOUND);
         let left = ahead.dot(t) - slid;
         let least = if slid == 0.0 {
             0.0

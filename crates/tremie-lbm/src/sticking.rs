@@ -39,7 +39,7 @@ use crate::lattice::{Q, W, opposite, vector};
 use crate::real::Real;
 use crate::relaxation::Relaxation;
 use crate::solids::Contact;
-use crate::wall::root;
+use crate::wall::{FOUND, root};
 
 /// Largest r: a link is as long as it is.
 const SHORT: f64 = 0.5;
@@ -211,7 +211,8 @@ fn shear<T: Real, R: Relaxation<T>>(
     }
     // A film may slide, but is not pushed back.
     let least = if m.fill.to_f64() < 1.0 { 0.0 } else { -size };
-    let v = root(|v| v - half_cell(v), least, size / eased.min(relieved));
+    let most = size / eased.min(relieved);
+    let v = root(|v| v - half_cell(v), [least, most], size, FOUND);
     for i in contact.links() {
         f[i] += v * brought[i];
     }

@@ -39,12 +39,17 @@
 
 use crate::collision::{LEAST_RESISTANCE, Moments};
 use crate::lattice::{C, Q};
-use crate::real::{Number, larger};
+use crate::real::{Number, larger, smaller};
 use crate::relaxation::Relaxation;
 
-/// Turns at most, and share of the interval, after which a sliding velocity counts as found.
+/// Turns at most in which a sliding velocity is found, and the error that it may have, over the traction at the wall: while what else the
+/// cell bears is not known, and then.
 const TURNS: usize = 60;
-const NEAR: f64 = 3e-7;
+const GUESSED: f64 = 1e-4;
+pub(crate) const FOUND: f64 = 1e-5;
+/// How far aside, over the traction, tells how steep a function is; and the least slope: what is asked for grows by about 1.
+const BESIDE: f64 = 1e-3;
+const LEAST_SLOPE: f64 = 0.25;
 
 /// The six faces of a cell as (axis, sign of the normal that points from the wall into the fluid).
 pub(crate) const FACES: [(usize, i32); 6] = [(0, 1), (0, -1), (1, 1), (1, -1), (2, 1), (2, -1)];
@@ -133,6 +138,10 @@ pub(crate) fn wall_velocity<T: Number, R: Relaxation<T>>(
 /// The same for a wall along which the fluid slides at the speed `slides` of the wall stress; the wall stress too. `left` is the stress P
 /// that the last collision left.
 ///
+/// Where the fluid speeds up by a, stress grows by `F = F_b + F_p - rho a`, and T lacks a sixth of what pressure drives, F_p, as in steady flow (module
+/// comment): `T = tau_w + (F_b - rho a - F)/6`. `force` is `F_b - rho a`, which is what of its momentum the cell has lost since its last collision. `gains` is 1
+/// where it is so told, as the wall's velocity adds to what the cell has, and 0 where it is F_b.
+///
 /// The wall may move already, by `so_far`; what comes on top is given. If it does not, the other parts of P are unknown, as the cell's
 /// velocity is not yet near what it will be, and count as none.
 ///
@@ -146,6 +155,7 @@ pub(crate) fn sliding_velocity<T: Number, R: Relaxation<T>>(
     left: [T; 2],
     taken: [T; 2],
     force: [T; 2],
+    gains: T,
     law: &R,
     slides: impl Fn(T) -> T,
     so_far: Option<[T; 2]>,
@@ -176,64 +186,108 @@ pub(crate) fn sliding_velocity<T: Number, R: Relaxation<T>>(
         let omega = by_mean / (T::from_f64(3.0) + half * by_mean);
         let now = (T::ONE - half * omega) * (stress_along - eased);
         let resisted = now + larger(T::ONE - omega, T::ZERO) * (mean - now);
-        let still = still_along - eased;
+        let still = still_along - (T::ONE - T::from_f64(1.0 / 6.0) * gains) * eased;
         let wall = still + half * (still - resisted);
         [fluidity(resisted), wall, (wall - resisted) / fill]
     };
-    // Grows with v; at the upper end there is no stress left.
+    // Grows with v; beyond the upper end no stress drives it.
     let excess = |v: T| {
         let state = state(v);
-        before + v - slides(larger(state[1], T::ZERO)) - law.half_cell(size, state)
+        let sliding = slides(state[1].abs());
+        // The other way, if so much has been taken off the stress that it points there.
+        before + v - T::where_greater(T::ZERO, state[1], -sliding, sliding) - law.half_cell(size, state)
     };
     // A film is not pushed back, as above.
-    let most = T::from_f64(3.0) * larger(larger(still_along, mean_along), stress_along);
+    let most = larger(T::from_f64(3.6) * larger(larger(still_along, mean_along), stress_along), size);
     let least = T::where_greater(T::ONE, m.fill, -before, -(size + before.abs()));
-    let v = root(excess, least, larger(most, size));
+    let near = if so_far.is_some() { FOUND } else { GUESSED };
+    let v = root(excess, [least, most], size, near);
     let wall = state(v)[1];
     [direction.map(|along| v * along), direction.map(|along| wall * along)]
 }
 
-/// Where a function that grows from `low` to `high` is zero (regula falsi, Anderson and Bjoerck 1973), or the end nearer to that.
+/// Where a function that grows is zero, or the end nearer to that: from 0 on by Newton's method, with the slope over a thousandth of
+/// `scale`, until a step would be less than `near` of it; and by halves where that leads astray.
+///
+/// Sliding has a kink where a wall or its cell yields, with slopes up to a hundred times apart on its sides. Methods that keep
+/// an end on either side (regula falsi and its kin) take twenty turns and more there.
 #[inline(always)]
-pub(crate) fn root<T: Number>(f: impl Fn(T) -> T, mut low: T, mut high: T) -> T {
-    let (one, half) = (T::ONE, T::from_f64(0.5));
-    let (mut f_low, mut f_high) = (f(low), f(high));
-    let close = T::from_f64(NEAR) * (high - low);
-    let mut middle = T::where_greater(T::ZERO, f_low, high, low);
+pub(crate) fn root<T: Number>(f: impl Fn(T) -> T, [least, most]: [T; 2], scale: T, near: f64) -> T {
+    let (zero, one, half) = (T::ZERO, T::ONE, T::from_f64(0.5));
+    let (close, beside) = (T::from_f64(near) * scale, T::from_f64(BESIDE) * scale);
+    let within = |v: T| smaller(larger(v, least), most);
+    // It lies between these; the ends themselves have not been tried yet.
+    let (mut low, mut high) = (least - close, most + close);
+    let mut at = within(zero);
+    let mut value = f(at);
     // 1 where the search goes on.
-    let inside = T::where_greater(T::ZERO, f_low, one, T::ZERO);
-    let mut open = T::where_greater(f_high, T::ZERO, inside, T::ZERO);
+    let mut open = T::where_greater(value.abs(), zero, one, zero);
     for _ in 0..TURNS {
-        if !T::any_greater(open, T::ZERO) {
+        if !T::any_greater(open, zero) {
             break;
         }
-        let next = high - f_high * (high - low) / (f_high - f_low);
+        let keep = |new: T, old: T| T::where_greater(open, zero, new, old);
+        low = T::where_greater(zero, value, keep(at, low), low);
+        high = T::where_greater(value, zero, keep(at, high), high);
+        // On the side where it lies.
+        let aside = T::where_greater(value, zero, -beside, beside);
+        let slope = larger((f(at + aside) - value) / aside, T::from_f64(LEAST_SLOPE));
+        let next = within(at - value / slope);
+        let middle = within(half * (low + high));
+        let next = T::where_greater(next, low, T::where_greater(high, next, next, middle), middle);
         let f_next = f(next);
-        // The end that stays where it is counts for less.
-        let eased = |f_end: T| {
-            let share = one - f_next / f_end;
-            T::where_greater(share, T::ZERO, share, half)
-        };
-        let (eased_low, eased_high) = (f_low * eased(f_high), f_high * eased(f_low));
-        let above = |yes: T, no: T| T::where_greater(f_next, T::ZERO, yes, no);
-        let new = [above(low, next), above(eased_low, f_next), above(next, high), above(f_next, eased_high)];
-        let keep = |new: T, old: T| T::where_greater(open, T::ZERO, new, old);
-        low = keep(new[0], low);
-        f_low = keep(new[1], f_low);
-        high = keep(new[2], high);
-        f_high = keep(new[3], f_high);
-        // One end often stays where it is.
-        let narrow = T::where_greater(close, high - low, T::ZERO, open);
-        let moved = T::where_greater(close, (next - middle).abs(), T::ZERO, narrow);
-        middle = keep(next, middle);
-        open = T::where_greater(f_next.abs(), T::ZERO, moved, T::ZERO);
+        let moved = T::where_greater((next - at).abs(), zero, open, zero);
+        let wide = T::where_greater(high - low, close, moved, zero);
+        at = keep(next, at);
+        value = keep(f_next, value);
+        open = T::where_greater(value.abs(), close * slope, wide, zero);
     }
-    middle
+    at
 }
 
 #[cfg(test)]
 mod tests {
+    use std::cell::Cell;
+
     use super::*;
+
+    /// The root of a function and how often it was asked for.
+    fn found(f: impl Fn(f64) -> f64, ends: [f64; 2]) -> (f64, usize) {
+        let asked = Cell::new(0);
+        let count = |v: f64| {
+            asked.set(asked.get() + 1);
+            f(v)
+        };
+        let v = root(count, ends, 1.0, 1e-5);
+        (v, asked.get())
+    }
+
+    #[test]
+    fn kinks_cost_a_turn() {
+        // A wall yields: slopes 26 and 1 on the two sides, in any place.
+        for kink in [-0.7, -0.1, 0.02, 0.3, 1.9] {
+            for shift in [-2.0, -0.1, 0.0, 1e-3, 0.5] {
+                let f = |v: f64| shift + v + if v < kink { 25.0 * (v - kink) } else { 0.0 };
+                let exact = if -shift < kink { (25.0 * kink - shift) / 26.0 } else { -shift };
+                let (v, asked) = found(f, [-3.0, 3.0]);
+                assert!((v - exact).abs() < 3e-4, "{kink} {shift}: {v}, not {exact}");
+                assert!(asked <= 7, "{kink} {shift}: {asked} times");
+            }
+        }
+    }
+
+    #[test]
+    fn roots_beyond_an_end_are_that_end() {
+        assert_eq!(found(|v| v + 2.0, [-1.0, 1.0]).0, -1.0);
+        assert_eq!(found(|v| v - 2.0, [-1.0, 1.0]).0, 1.0);
+        assert_eq!(found(|v| v + 2.0, [0.5, 1.0]).0, 0.5);
+    }
+
+    #[test]
+    fn jumps_are_found_by_halves() {
+        let (v, asked) = found(|v| if v < 0.123 { v - 5.0 } else { v + 3.0 }, [-1.0, 1.0]);
+        assert!((v - 0.123).abs() < 2e-5 && asked < 60, "{v} {asked}");
+    }
 
     #[test]
     fn slanted_velocities_leave_the_wall() {
