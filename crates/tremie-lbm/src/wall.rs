@@ -42,13 +42,15 @@ use crate::lattice::{C, Q};
 use crate::real::{Number, larger, smaller};
 use crate::relaxation::Relaxation;
 
-/// Turns at most in which a sliding velocity is found, and the error that it may have, over the traction at the wall: while what else the
-/// cell bears is not known, and then.
+/// Turns at most in which a sliding velocity is found.
 const TURNS: usize = 60;
+/// Error that it may have, over the traction at the wall, while what else the cell bears is not known.
 const GUESSED: f64 = 1e-4;
+/// Error that it may have in the end.
 pub(crate) const FOUND: f64 = 1e-5;
-/// How far aside, over the traction, tells how steep a function is; and the least slope: what is asked for grows by about 1.
+/// How far aside, over the traction, tells how steep a function is.
 const BESIDE: f64 = 1e-3;
+/// The least slope: what is asked for grows by about 1.
 const LEAST_SLOPE: f64 = 0.25;
 
 /// The six faces of a cell as (axis, sign of the normal that points from the wall into the fluid).
