@@ -32,6 +32,7 @@ pub(crate) fn push_apart(
     const UNMOVED: u32 = 1;
     let (mut moved, mut seen, mut clock) = (vec![UNMOVED; outlines.len()], vec![0_u32; pairs.len()], UNMOVED);
     let mut touches = Vec::new();
+    let overlap = |distance: f64, thickness: f64| distance < -ALLOWED * thickness;
     let mut push =
         |n: usize, arm: DVec3, impulse: DVec3, outlines: &mut [Outline], moved: &mut [u32], clock: u32| {
             let (way, turn) = responses[n].to(arm, impulse);
@@ -51,12 +52,13 @@ pub(crate) fn push_apart(
             *last = clock;
             if pair.1 == WALL {
                 near_walls(&outlines[a], walls, 0.0, &mut touches);
-                let allowed = -ALLOWED * outlines[a].thickness;
-                let Some(touch) = touches.iter().min_by(|s, t| s.distance.total_cmp(&t.distance)) else {
+                let nearest = touches.iter().min_by(|s, t| s.distance.total_cmp(&t.distance));
+                let Some(touch) = nearest.filter(|touch| overlap(touch.distance, outlines[a].thickness))
+                else {
                     continue;
                 };
                 let answer = touch.normal.dot(responses[a].at(touch.at) * touch.normal);
-                if touch.distance < allowed && answer > 0.0 {
+                if answer > 0.0 {
                     clock += 1;
                     busy = true;
                     push(a, touch.at, -touch.distance / answer * touch.normal, outlines, &mut moved, clock);
@@ -64,10 +66,12 @@ pub(crate) fn push_apart(
             } else {
                 let way = periods.shortest(outlines[b].centre - outlines[a].centre);
                 let met = gap(&outlines[a], &outlines[b], way);
+                if !overlap(met.distance, outlines[a].thickness.min(outlines[b].thickness)) {
+                    continue;
+                }
                 let (at_a, at_b) = (met.at, met.at - way);
                 let answer = met.normal.dot((responses[a].at(at_a) + responses[b].at(at_b)) * met.normal);
-                if met.distance < -ALLOWED * outlines[a].thickness.min(outlines[b].thickness) && answer > 0.0
-                {
+                if answer > 0.0 {
                     clock += 1;
                     busy = true;
                     let impulse = -met.distance / answer * met.normal;

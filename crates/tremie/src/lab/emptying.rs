@@ -107,13 +107,14 @@ pub(super) fn figures(
 }
 
 /// A block that holds a vessel: all of the domain above the height `bottom` in m, but for what is cut from it.
-pub(super) fn block(min: [f64; 3], max: [f64; 3], bottom: f64, without: &[String]) -> String {
+pub(super) fn block(mix: &Mix, min: [f64; 3], max: [f64; 3], bottom: f64, without: &[String]) -> String {
     let beyond = |a: usize, sign: f64| sign * (max[a] - min[a]);
     let low = [min[0] + beyond(0, -1.0), min[1] + beyond(1, -1.0), bottom];
     let high = [max[0] + beyond(0, 1.0), max[1] + beyond(1, 1.0), max[2] + beyond(2, 1.0)];
     let cut: Vec<String> = without.iter().map(|shape| format!("    {{ {shape} }},\n")).collect();
     format!(
-        "[[solid]]\nname = \"vessel\"\ndifference.from.{}\ndifference.without = [\n{}]\n",
+        "[[solid]]\nname = \"vessel\"\n{}difference.from.{}\ndifference.without = [\n{}]\n",
+        mix.surface(),
         cuboid(low, high),
         cut.concat()
     )

@@ -1,7 +1,7 @@
 //! Inverted cone: how long concrete takes to flow out of the slump cone that is turned upside down and lifted.
 //!
 //! The cone of EN 12350-2 stands on its small end, is filled, and is lifted at a steady speed. Reported is the time from then until light is first
-//! seen through it from above, a measure of viscosity. The concrete sticks to the cone. The test is being written for
+//! seen through it from above, a measure of viscosity. The test is being written for
 //! tremie concrete; heights and speeds are not yet settled.
 
 use std::process::ExitCode;
@@ -68,7 +68,7 @@ fn case_text(arguments: &Arguments) -> Result<String, String> {
             significant(1e3 * cell_size)
         ));
     }
-    let far = whole(PLATE, cell_size);
+    let (far, surface) = (whole(PLATE, cell_size), mix.surface());
     let emptying = Emptying {
         test: "Inverted cone: concrete flows out of a slump cone turned upside down.".to_owned(),
         title: "Inverted cone",
@@ -76,9 +76,10 @@ fn case_text(arguments: &Arguments) -> Result<String, String> {
         min: [0.0; 3],
         max: [far, far, whole(height + tall, cell_size) + 2.0 * cell_size],
         parts: format!(
-            "# The cone is full.\n[[fluid]]\n{}\n\n# It is lifted.\n[[solid]]\nname = \"mould\"\n{}\nsurface = \"no_slip\"\n{}",
+            "# The cone is full.\n[[fluid]]\n{}\n\n# It is lifted.\n[[solid]]\nname = \"mould\"\n{}\n{}{}",
             frustum([0.0; 3], [small, large], tall),
             shell([0.0; 3], [small, large, tall], cell_size),
+            if surface.is_empty() { "surface = \"no_slip\"\n" } else { &surface },
             lifted(height, lift)
         ),
         view: [[0.0; 3], [0.5 * small, 0.5 * small, tall]],
@@ -91,7 +92,7 @@ fn case_text(arguments: &Arguments) -> Result<String, String> {
 pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
     case.gauges.light.first()?;
     let speed = case.solids.first()?.motion.largest_speed(0.0);
-    let notes = vec![("lift", format!("at {} m/s; the concrete sticks to the cone", significant(speed)))];
+    let notes = vec![("lift", format!("at {} m/s", significant(speed)))];
     Some(emptying::figures("flow time", "flow_time_s", None, notes, case, summary))
 }
 

@@ -41,6 +41,7 @@ Examples:
   tremie lab l-box
   tremie lab l-box --yield-stress 30Pa --viscosity 50Pa.s --bars 2
   tremie lab l-box --bars 0 --gate-speed 1cm/s --channel 700mm
+  tremie lab l-box --slip-length 5mm
 
 The 700 mm of the standard's channel count from the back of the column here: 600 mm of them lie beyond it. Dimensions are
 from memory of the standard. The folder's case.toml can be edited and run again with `tremie run`.")]
@@ -132,13 +133,14 @@ fn case_text(arguments: &Arguments) -> Result<String, String> {
 # The wall of the column above the opening.
 [[solid]]
 name = "wall"
-{front}
+{surface}{front}
 
 # The gate is lifted until the opening is free.
 [[solid]]
 name = "gate"
-{plate}
+{surface}{plate}
 {motion}{bars}"#,
+        surface = mix.surface(),
         concrete = cuboid([0.0, low, 0.0], [column_depth, half, column_height]),
         front = cuboid([gate[0], -beyond, channel_height], [gate[1], beyond, 2.0 * column_height]),
         plate = cuboid([gate[0], -beyond, 0.0], [gate[1], beyond, channel_height + wall]),
@@ -230,11 +232,7 @@ pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
         ),
         (
             "resolution",
-            format!(
-                "cells of {} mm, {:.1} over H2; the concrete sticks to walls and bars",
-                significant(1e3 * cell_size),
-                h2 / cell_size
-            ),
+            format!("cells of {} mm, {:.1} over H2", significant(1e3 * cell_size), h2 / cell_size),
         ),
     ];
     let json = [
@@ -292,6 +290,27 @@ mod tests {
     fn case(extra: &[&str]) -> Case {
         let text = case_text(&arguments(extra)).unwrap();
         Case::parse("x", &text).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    #[test]
+    fn concrete_slides_along_walls_and_gate_but_sticks_to_bars() {
+        use tremie_case::{Side, Surface};
+        let sliding = Surface::Navier { slip_length: 0.005 };
+        for (extra, walls) in [(&[][..], Surface::NoSlip), (&["--slip-length", "5mm"], sliding)] {
+            let case = case(extra);
+            for (n, side) in case.domain.sides.iter().enumerate() {
+                let wall = Side::Wall { velocity: DVec3::ZERO, surface: walls };
+                assert_eq!(*side, if n == 2 { Side::Symmetry } else { wall }, "{n}");
+            }
+            for solid in &case.solids {
+                assert_eq!(
+                    solid.surface,
+                    if solid.name == "bars" { Surface::NoSlip } else { walls },
+                    "{}",
+                    solid.name
+                );
+            }
+        }
     }
 
     #[test]

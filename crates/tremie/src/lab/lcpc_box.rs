@@ -3,7 +3,7 @@
 //!
 //! Channel of 1200 mm x 200 mm x 150 mm and 6 litres in 30 s, from memory of the paper. Here the concrete comes in evenly over the width
 //! through the lower 40 mm of the back wall instead of from a bucket above it: it neither falls nor splashes, as slow pouring would
-//! have it. It sticks to floor and walls.
+//! have it.
 //!
 //! Reported are the spread L, from the back wall to the furthest point of the front, the height h0 over the first 20 mm, and the yield stress
 //! that the balance of weight and friction (`tremie calc lcpc-box`) gives back from L.
@@ -162,11 +162,7 @@ pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
     rows.push(("dimensions", "from memory of Roussel (2007)".to_owned()));
     rows.push((
         "resolution",
-        format!(
-            "cells of {} mm, {:.1} over h0; the concrete sticks to floor and walls",
-            significant(1e3 * cell_size),
-            height / cell_size
-        ),
+        format!("cells of {} mm, {:.1} over h0", significant(1e3 * cell_size), height / cell_size),
     ));
     let json = [
         ("spread_mm", json!(1e3 * spread)),

@@ -85,7 +85,7 @@ pub(crate) struct Figures {
 
 /// The figures of the experiment `name`, if there is such a one and the case is one of its kind.
 pub(crate) fn figures(name: &str, case: &Case, summary: &Summary) -> Option<Figures> {
-    match name {
+    let mut figures = match name {
         slump_flow::NAME => slump_flow::figures(case, summary),
         slump::NAME => slump::figures(case, summary),
         l_box::NAME => l_box::figures(case, summary),
@@ -98,7 +98,9 @@ pub(crate) fn figures(name: &str, case: &Case, summary: &Summary) -> Option<Figu
         orimet::NAME => orimet::figures(case, summary),
         squeeze_flow::NAME => squeeze_flow::figures(case, summary),
         _ => None,
-    }
+    }?;
+    figures.rows.push(("surfaces", setup::surfaces(case)));
+    Some(figures)
 }
 
 /// Whether the time to a spread of 500 mm belongs to the results of the experiment `name`.

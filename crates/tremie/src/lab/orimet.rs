@@ -80,7 +80,7 @@ fn case_text(arguments: &Arguments) -> Result<String, String> {
         parts: format!(
             "# The pipe is full.\n[[fluid]]\n{}\n\n# The pipe with its taper.\n{}",
             cuboid([0.0, 0.0, DROP], [0.5 * pipe, 0.5 * pipe, DROP + height]),
-            block(min, max, DROP, &bore)
+            block(mix, min, max, DROP, &bore)
         ),
         view: [[0.0, 0.0, DROP], [0.5 * orifice, 0.5 * orifice, top]],
         with: None,
@@ -91,10 +91,7 @@ fn case_text(arguments: &Arguments) -> Result<String, String> {
 /// The figures of the experiment, if the case looks for light.
 pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
     case.gauges.light.first()?;
-    let notes = vec![
-        ("dimensions", "from memory; EFNARC (2002, from memory) accepts up to 5 s".to_owned()),
-        ("walls", "the concrete sticks to them; along smooth steel it is faster".to_owned()),
-    ];
+    let notes = vec![("dimensions", "from memory; EFNARC (2002, from memory) accepts up to 5 s".to_owned())];
     Some(emptying::figures("flow time", "flow_time_s", None, notes, case, summary))
 }
 

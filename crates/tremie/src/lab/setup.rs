@@ -3,9 +3,10 @@
 use std::f64::consts::SQRT_2;
 
 use clap::{Args, ValueEnum};
+use tremie_case::{Case, Side, Surface};
 
 use crate::numbers::significant;
-use crate::quantities::{density, stress, viscosity};
+use crate::quantities::{density, length, stress, viscosity};
 
 /// What can be said about the concrete and how it is computed.
 #[derive(Debug, Args)]
@@ -19,6 +20,9 @@ pub(super) struct Mix {
     /// Density
     #[arg(long, value_name = "DENSITY", default_value = "2300kg/m3", value_parser = density)]
     pub(super) density: f64,
+    /// Slip length of floor, walls and gates: how far behind them the concrete would come to rest; if not given, it sticks
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    slip_length: Option<f64>,
     /// Format of the numbers in the cells
     #[arg(long, value_enum, default_value_t = Precision::F32)]
     precision: Precision,
@@ -36,6 +40,30 @@ impl Mix {
     /// Time in s by which the concrete has long come to rest: it creeps for a multiple of its viscosity over its yield stress.
     pub(super) fn stop_time(&self) -> f64 {
         (200.0 * self.viscosity / self.yield_stress).clamp(60.0, 3600.0).ceil()
+    }
+
+    /// The line that says along what kind of surface the concrete flows; none if it sticks.
+    pub(super) fn surface(&self) -> String {
+        self.slip_length.map_or_else(String::new, |length| {
+            format!("surface = {{ navier = {{ slip_length = {} }} }}\n", mm(length))
+        })
+    }
+}
+
+/// The sides of the domain.
+const SIDES: [&str; 6] = ["x_min", "x_max", "y_min", "y_max", "z_min", "z_max"];
+
+/// How the concrete goes along what it touches, for people.
+pub(super) fn surfaces(case: &Case) -> String {
+    let bars = if case.solids.iter().any(|solid| solid.name == "bars") { "; it sticks to bars" } else { "" };
+    match case.domain.sides[4] {
+        Side::Wall { surface: Surface::Navier { slip_length }, .. } => {
+            format!(
+                "the concrete slides along floor and walls, slip length {} mm{bars}",
+                significant(1e3 * slip_length)
+            )
+        }
+        _ => "the concrete sticks to floor and walls".to_owned(),
     }
 }
 
@@ -69,10 +97,15 @@ impl Setup<'_> {
     /// The case file.
     pub(super) fn text(&self) -> String {
         let Self { test, title, domain, parts, gauges, stop, .. } = self;
-        let Mix { yield_stress, viscosity, density, precision } = self.mix;
-        let sides: Vec<String> = self.symmetry.iter().map(|side| format!("{side} = \"symmetry\"")).collect();
-        let sides =
-            if sides.is_empty() { String::new() } else { format!("sides = {{ {} }}\n", sides.join(", ")) };
+        let Mix { yield_stress, viscosity, density, precision, .. } = self.mix;
+        let surface = self.mix.surface();
+        let side = |side: &&str| match (self.symmetry.contains(side), surface.trim_end()) {
+            (true, _) => format!("{side} = \"symmetry\"\n"),
+            (false, "") => String::new(),
+            (false, surface) => format!("{side} = {{ {surface} }}\n"),
+        };
+        let sides: String = SIDES.iter().map(side).collect();
+        let sides = if sides.is_empty() { sides } else { format!("[domain.sides]\n{sides}") };
         let precision = match precision {
             Precision::F32 => "f32",
             Precision::F64 => "f64",

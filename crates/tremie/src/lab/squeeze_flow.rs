@@ -106,8 +106,9 @@ fn case_text(arguments: &Arguments) -> Result<String, String> {
         ),
     };
     let parts = format!(
-        "# The sample, of which a quarter is computed.\n[[fluid]]\n{sample}\n\n# The upper plate.\n[[solid]]\nname = \"{PLATE}\"\n{plate}\n{motion}",
+        "# The sample, of which a quarter is computed.\n[[fluid]]\n{sample}\n\n# The upper plate.\n[[solid]]\nname = \"{PLATE}\"\n{surface}{plate}\n{motion}",
         sample = frustum([0.0; 3], [diameter; 2], height),
+        surface = mix.surface(),
         plate = cuboid([-1.0, -1.0, height], [1.0, 1.0, 1.0 + height]),
     );
     let setup = Setup {
@@ -190,11 +191,7 @@ pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
     let cell_size = case.method.resolution();
     rows.push((
         "resolution",
-        format!(
-            "cells of {}, {:.1} over the height; the sample sticks to both plates",
-            millimetres(cell_size),
-            height / cell_size
-        ),
+        format!("cells of {}, {:.1} over the height", millimetres(cell_size), height / cell_size),
     ));
     Some(Figures {
         headline,

@@ -92,13 +92,14 @@ fn case_text(arguments: &Arguments) -> Result<String, String> {
 # The wall between the limbs.
 [[solid]]
 name = "wall"
-{between}
+{surface}{between}
 
 # The gate is lifted until the opening is free.
 [[solid]]
 name = "gate"
-{plate}
+{surface}{plate}
 {motion}{bars}"#,
+        surface = mix.surface(),
         concrete = cuboid([0.0; 3], [limb, half, height]),
         between = cuboid([gate[0], -depth, OPENING], [gate[1], depth, 2.0 * height]),
         plate = cuboid([gate[0], -depth, 0.0], [gate[1], depth, OPENING + wall]),
@@ -134,10 +135,7 @@ pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
         ("H2", format!("{h2:.0} mm")),
         ("acceptance", "H1 - H2 up to 30 mm (EFNARC 2002, from memory); H2 from 300 mm".to_owned()),
         ("dimensions", "from memory".to_owned()),
-        (
-            "resolution",
-            format!("cells of {} mm; the concrete sticks to walls and bars", significant(1e3 * cell_size)),
-        ),
+        ("resolution", format!("cells of {} mm", significant(1e3 * cell_size))),
     ];
     let json = [("h1_mm", json!(h1)), ("h2_mm", json!(h2)), ("difference_mm", json!(h1 - h2))];
     Some(Figures {

@@ -83,8 +83,9 @@ fn case_text(mix: &Mix, cell_size: f64) -> Result<String, String> {
     let wall = |side: f64| {
         let (near, far) = if side > 0.0 { (from, x + to) } else { (-x - to, -from) };
         format!(
-            "[[solid]]\nname = \"{}\"\ndifference.from.{}\ndifference.without = [\n    {{ plane = {{ point = {}, normal = [{}, 0, -{}] }} }},\n]\n\n",
+            "[[solid]]\nname = \"{}\"\n{}difference.from.{}\ndifference.without = [\n    {{ plane = {{ point = {}, normal = [{}, 0, -{}] }} }},\n]\n\n",
             if side > 0.0 { "right" } else { "left" },
+            mix.surface(),
             cuboid([near, -2.0 * y, DROP], [far, 2.0 * y, 2.0 * height]),
             point([side * from, 0.0, DROP + length]),
             side * taper,
@@ -106,7 +107,7 @@ fn case_text(mix: &Mix, cell_size: f64) -> Result<String, String> {
         parts: format!(
             "# The funnel is full, {} above a tray.\n[[fluid]]\n{concrete}\n\n{walls}# Its front and back.\n{}",
             mm(DROP).trim_matches('"'),
-            block(min, max, DROP, &slot)
+            block(mix, min, max, DROP, &slot)
         ),
         view: [
             [if quarter { 0.0 } else { -from }, if quarter { 0.0 } else { -0.5 * depth }, DROP],
@@ -121,10 +122,7 @@ fn case_text(mix: &Mix, cell_size: f64) -> Result<String, String> {
 pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
     case.gauges.light.first()?;
     let class = emptying::time(summary).map(class);
-    let notes = vec![
-        ("dimensions", "from memory of EN 12350-9; the outlet opens at once".to_owned()),
-        ("walls", "the concrete sticks to them; along smooth steel it is faster".to_owned()),
-    ];
+    let notes = vec![("dimensions", "from memory of EN 12350-9; the outlet opens at once".to_owned())];
     Some(emptying::figures("t_v", "t_v_s", class, notes, case, summary))
 }
 

@@ -1,8 +1,13 @@
 //! Wakes: how few fibres the flow leaves behind bars (Svec 2013, sections 8.2 and 8.5).
 //!
-//! The fluid says which way is behind: the mean of its velocity around a bar, across it, over all that came past. Fibres and fluid are then gathered in
-//! strips along that way, from half a fibre's length behind the axis of the bar, where it stands in no fibre's way, to two lengths: one in the bar's
-//! shadow, as wide as it, and others beside it.
+//! The fluid says which way is behind: the mean of its velocity around a bar, across it, over all that came past so far. Fibres and fluid are gathered in
+//! strips along that way, from half a fibre's length behind the axis of the bar, where it stands in no fibre's way, to two lengths. This is done again and
+//! again while they flow past, each time with the speed of the fluid for its weight: so all fibres that pass count alike, and what stands still not at all.
+//!
+//! A fibre cannot come nearer to a bar than they both are thick; fluid does, and sticks to the bar. What flows on from there, without fibres, closes behind
+//! the bar to a strip much thinner than it, and the fibres that had to go round lie close beside. The shadow is thus the middle half of the bar's width.
+
+use std::collections::BTreeMap;
 
 use anyhow::ensure;
 use tremie_case::Case;
@@ -20,9 +25,13 @@ use super::flow::{Flow, cell_at};
 /// Where strips begin and end behind the axis, in lengths of a fibre.
 const BEHIND: [f64; 2] = [0.5, 2.0];
 
-/// The strips in the shadow and beside it, in diameters of the bar from the axis.
-const SHADOW: [[f64; 2]; 1] = [[-0.5, 0.5]];
-const BESIDE: [[f64; 2]; 2] = [[-2.0, -1.0], [1.0, 2.0]];
+/// Width of a strip, and how far they reach from the way through the axis, in diameters of the bar.
+const WIDTH: f64 = 0.25;
+const REACH: f64 = 3.0;
+
+/// The distances in diameters between which a strip is in the shadow, or beside it.
+const SHADOW: [f64; 2] = [0.0, 0.25];
+const BESIDE: [f64; 2] = [1.0, 2.0];
 
 /// Radius in diameters of the fluid around a bar that says which way it flows.
 const AROUND: f64 = 3.0;
@@ -37,6 +46,8 @@ struct Bar {
     diameter: f64,
     /// Sum over time of the momentum around it.
     way: DVec3,
+    /// What came past, in each strip.
+    strips: Vec<Gathered>,
 }
 
 impl Bar {
@@ -50,16 +61,40 @@ impl Bar {
         self.start + self.axis() * (at - self.start).dot(self.axis()).clamp(0.0, length)
     }
 
-    /// Adds how the fluid around it flows now.
-    fn look(&mut self, cells: &Cells) {
+    /// Adds how the fluid around it flows now, and what is in its strips.
+    fn look(&mut self, cells: &Cells, bodies: &Inclusions, fibre: f64) {
         let reach = AROUND * self.diameter;
         let [nx, ny, _] = cells.count;
+        let (mut momentum, mut fluid) = (DVec3::ZERO, 0.0);
         for n in (0..cells.fill.len()).filter(|n| cells.fill[*n] > 0.0) {
             let at = cells.centre(n % nx, n / nx % ny, n / (nx * ny));
             if at.distance(self.nearest(at)) < reach {
-                self.way += cells.fill[n] * cells.velocity[n];
+                momentum += cells.fill[n] * cells.velocity[n];
+                fluid += cells.fill[n];
             }
         }
+        self.way += momentum;
+        if momentum == DVec3::ZERO {
+            return;
+        }
+        let speed = momentum.length() / fluid;
+        for n in 0..self.strips.len() {
+            let low = n as f64 * WIDTH - REACH;
+            let found = strip(self, [low, low + WIDTH], cells, bodies, fibre);
+            self.strips[n].add(&found, speed);
+        }
+    }
+
+    /// All in its strips whose middles are between these distances.
+    fn gathered(&self, between: [f64; 2]) -> Gathered {
+        let mut sum = Gathered::default();
+        for (n, strip) in self.strips.iter().enumerate() {
+            let distance = ((n as f64 + 0.5) * WIDTH - REACH).abs();
+            if distance > between[0] && distance < between[1] {
+                sum.add(strip, 1.0);
+            }
+        }
+        sum
     }
 
     /// The axes of its strips: the way of the flow, across it, and along the bar.
@@ -78,7 +113,8 @@ fn bars(case: &Case) -> Vec<Bar> {
     });
     let bar = |body: &Body| match *body {
         Body::Shape(Shape::Bar { start, end, radius }) => {
-            Some(Bar { start, end, diameter: 2.0 * radius, way: DVec3::ZERO })
+            let strips = vec![Gathered::default(); (2.0 * REACH / WIDTH) as usize];
+            Some(Bar { start, end, diameter: 2.0 * radius, way: DVec3::ZERO, strips })
         }
         _ => None,
     };
@@ -86,34 +122,35 @@ fn bars(case: &Case) -> Vec<Bar> {
 }
 
 /// Pieces of fibres, and the fluid that they are in.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 struct Gathered {
-    length: f64,
-    squares: f64,
+    /// Length of each fibre, by its number.
+    pieces: BTreeMap<u64, f64>,
     fluid: f64,
 }
 
 impl Gathered {
-    fn add(&mut self, more: Self) {
-        self.length += more.length;
-        self.squares += more.squares;
-        self.fluid += more.fluid;
+    fn add(&mut self, more: &Self, weight: f64) {
+        for (id, length) in &more.pieces {
+            *self.pieces.entry(*id).or_default() += weight * length;
+        }
+        self.fluid += weight * more.fluid;
     }
 
     /// Length of fibres per volume of fluid.
     fn density(&self) -> f64 {
-        self.length / self.fluid
+        self.pieces.values().sum::<f64>() / self.fluid
     }
 
-    /// Its standard error, as pieces come one by one: that of one whole fibre at least.
-    fn error(&self, fibre: f64) -> f64 {
-        self.squares.sqrt().max(fibre) / self.fluid
+    /// Its standard error, as fibres come one by one.
+    fn error(&self) -> f64 {
+        self.pieces.values().map(|length| length * length).sum::<f64>().sqrt() / self.fluid
     }
 
     /// The density over that of others, and its standard error.
-    fn over(&self, other: &Self, fibre: f64) -> [f64; 2] {
+    fn over(&self, other: &Self) -> [f64; 2] {
         let ratio = self.density() / other.density();
-        [ratio, self.error(fibre).hypot(ratio * other.error(fibre)) / other.density()]
+        [ratio, self.error().hypot(ratio * other.error()) / other.density()]
     }
 }
 
@@ -125,12 +162,10 @@ fn strip(bar: &Bar, across: [f64; 2], cells: &Cells, bodies: &Inclusions, fibre:
         high: DVec3::new(BEHIND[1] * fibre, across[1] * bar.diameter, bar.start.distance(bar.end)),
     };
     let mut found = Gathered::default();
-    for [start, end] in (0..bodies.len()).filter_map(|n| bodies.ends(n)) {
+    for (id, [start, end]) in (0..bodies.len()).filter_map(|n| Some((bodies.id[n], bodies.ends(n)?))) {
         let (start, way) = (turned * (start - bar.start), turned * (end - start));
         if let Some((from, to)) = block.part(start, way) {
-            let length = (to - from) * way.length();
-            found.length += length;
-            found.squares += length * length;
+            found.pieces.insert(id, (to - from) * way.length());
         }
     }
     // The fluid by points, three to a cell's edge at least.
@@ -152,7 +187,7 @@ fn strip(bar: &Bar, across: [f64; 2], cells: &Cells, bodies: &Inclusions, fibre:
 struct Wakes {
     /// Density in the shadow over that beside it, and its standard error: of each bar, then of all.
     ratios: Vec<[f64; 2]>,
-    /// Density in all strips over that in all of the fluid.
+    /// Density up to the outer strips over that in all of the fluid.
     around: f64,
     /// Ways of the flow.
     ways: Vec<DVec3>,
@@ -165,43 +200,40 @@ fn cast(case: &Case) -> anyhow::Result<Wakes> {
     let mut bars = bars(case);
     ensure!(!bars.is_empty(), "the case must have bars");
     let mut flow = Flow::new(case.clone());
-    let looks = (case.stop.time / LOOK).round() as usize;
-    for n in 1..=looks {
-        flow.until(n as f64 * LOOK)?;
-        let cells = flow.cells();
-        bars.iter_mut().for_each(|bar| bar.look(&cells));
-    }
-    let (cells, bodies) = (flow.cells(), flow.simulation.snapshot().inclusions);
-    let fibres = bodies.kinds.iter().find_map(|kind| match kind.form {
+    let fibres = flow.simulation.snapshot().inclusions.kinds.iter().find_map(|kind| match kind.form {
         Form::Fibre { length, .. } => Some(length),
         _ => None,
     });
     let Some(fibre) = fibres else { anyhow::bail!("the case must have fibres") };
-    let all = |bar: &Bar, strips: &[[f64; 2]]| {
+    let looks = (case.stop.time / LOOK).round() as usize;
+    let mut whole = 0.0;
+    for n in 1..=looks {
+        flow.until(n as f64 * LOOK)?;
+        let (cells, bodies) = (flow.cells(), flow.simulation.snapshot().inclusions);
+        bars.iter_mut().for_each(|bar| bar.look(&cells, &bodies, fibre));
+        whole = bodies.len() as f64 * fibre / (cells.fill.iter().sum::<f64>() * cells.size.powi(3));
+    }
+    // The same fibre behind two bars is seen twice: each bar has numbers of its own.
+    let all = |between: [f64; 2]| {
         let mut sum = Gathered::default();
-        strips.iter().for_each(|across| sum.add(strip(bar, *across, &cells, &bodies, fibre)));
+        for (n, bar) in bars.iter().enumerate() {
+            let Gathered { pieces, fluid } = bar.gathered(between);
+            let pieces = pieces.into_iter().map(|(id, length)| (id * bars.len() as u64 + n as u64, length));
+            sum.add(&Gathered { pieces: pieces.collect(), fluid }, 1.0);
+        }
         sum
     };
-    let (mut shadows, mut besides, mut ratios) = (Gathered::default(), Gathered::default(), Vec::new());
-    for bar in &bars {
-        let (shadow, beside) = (all(bar, &SHADOW), all(bar, &BESIDE));
-        ratios.push(shadow.over(&beside, fibre));
-        shadows.add(shadow);
-        besides.add(beside);
-    }
-    ratios.push(shadows.over(&besides, fibre));
-    let whole = bodies.len() as f64 * fibre / (cells.fill.iter().sum::<f64>() * cells.size.powi(3));
-    let profile = (-6..=6)
+    let each = bars.iter().map(|bar| bar.gathered(SHADOW).over(&bar.gathered(BESIDE)));
+    let ratios = each.chain([all(SHADOW).over(&all(BESIDE))]).collect();
+    let profile = (0..bars[0].strips.len())
         .map(|n| {
-            let at = 0.5 * f64::from(n);
             let mut sum = Gathered::default();
-            bars.iter().for_each(|bar| sum.add(all(bar, &[[at - 0.25, at + 0.25]])));
-            [at, sum.density() / whole]
+            bars.iter().for_each(|bar| sum.add(&bar.strips[n], 1.0));
+            [(n as f64 + 0.5) * WIDTH - REACH, sum.density() / whole]
         })
         .collect();
-    shadows.add(besides);
     let ways = bars.iter().map(|bar| bar.frame().x_axis).collect();
-    Ok(Wakes { ratios, around: shadows.density() / whole, ways, profile })
+    Ok(Wakes { ratios, around: all([0.0, BESIDE[1]]).density() / whole, ways, profile })
 }
 
 /// The bars of an L-box, and the stiffeners of a wall.
@@ -234,4 +266,74 @@ pub(super) fn wake(context: &Context) -> anyhow::Result<Vec<Check>> {
         curves: vec![("fibres".to_owned(), Style::Line, wakes.profile)],
     })?;
     Ok(checks)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64;
+    use tremie_numerics::DQuat;
+    use tremie_suspension::Kind;
+
+    use super::*;
+
+    const FIBRE: f64 = 0.03;
+
+    /// A bar of 1 cm in fluid that flows across it.
+    fn bar() -> (Bar, Cells) {
+        let (count, flow) = ([60, 40, 30], DVec3::new(0.2, 0.1, 0.3));
+        let number = count.iter().product();
+        let cells = Cells {
+            size: 0.005,
+            count,
+            fill: vec![1.0; number],
+            velocity: vec![flow; number],
+            ..Cells::default()
+        };
+        let [start, end] = [0.0, 0.15].map(|z| DVec3::new(0.1, 0.1, z));
+        let strips = vec![Gathered::default(); (2.0 * REACH / WIDTH) as usize];
+        (Bar { start, end, diameter: 0.01, way: DVec3::ZERO, strips }, cells)
+    }
+
+    /// Fibres at random, anywhere and any way.
+    fn fibres() -> Inclusions {
+        let form = Form::Fibre { length: FIBRE, diameter: 0.0004 };
+        let kinds = vec![Kind { name: "f".into(), form, density: 7500.0 }];
+        let (mut bodies, mut random) =
+            (Inclusions { kinds, ..Inclusions::default() }, Pcg64::seed_from_u64(7));
+        for _ in 0..8000 {
+            let at = DVec3::new(0.3, 0.2, 0.15) * DVec3::from_array([(); 3].map(|()| random.random::<f64>()));
+            let turned = DQuat::from_array([(); 4].map(|()| random.random_range(-1.0..1.0))).normalize();
+            bodies.add(0, 0, at, turned);
+        }
+        bodies
+    }
+
+    #[test]
+    fn fibres_at_random_show_no_wake() {
+        let ((mut bar, cells), bodies) = (bar(), fibres());
+        (0..3).for_each(|_| bar.look(&cells, &bodies, FIBRE));
+        let way = bar.frame().x_axis;
+        assert!((way - DVec3::new(0.2, 0.1, 0.0).normalize()).length() < 1e-12, "{way}");
+        let [ratio, error] = bar.gathered(SHADOW).over(&bar.gathered(BESIDE));
+        assert!(error > 0.03 && error < 0.3 && (ratio - 1.0).abs() < 3.0 * error, "{ratio} +- {error}");
+        // Looking again at the same fibres tells nothing new.
+        let (mut once, _) = self::bar();
+        once.look(&cells, &bodies, FIBRE);
+        let [same, like] = once.gathered(SHADOW).over(&once.gathered(BESIDE));
+        assert!((same - ratio).abs() < 1e-12 && (like - error).abs() < 1e-12, "{same} +- {like}");
+    }
+
+    #[test]
+    fn a_strip_without_fibres_is_a_wake() {
+        let ((mut bar, cells), mut bodies) = (bar(), fibres());
+        bar.look(&cells, &bodies, FIBRE);
+        let there = bar.gathered(SHADOW).pieces;
+        let ids = bodies.id.clone();
+        bodies.retain(|n| !there.contains_key(&ids[n]));
+        bar.strips.fill(Gathered::default());
+        bar.look(&cells, &bodies, FIBRE);
+        let [ratio, error] = bar.gathered(SHADOW).over(&bar.gathered(BESIDE));
+        assert!(ratio == 0.0 && error < 1e-12 && bar.gathered(BESIDE).density() > 0.0, "{ratio} +- {error}");
+    }
 }
