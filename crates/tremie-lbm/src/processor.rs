@@ -1,7 +1,7 @@
 //! Functions compiled for several processors.
 
 /// Whether this processor has the parts of AVX-512 that all have which are not the first.
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", not(debug_assertions)))]
 #[inline(always)]
 pub(crate) fn has_avx512() -> bool {
     use std::arch::is_x86_feature_detected as has;
@@ -9,7 +9,7 @@ pub(crate) fn has_avx512() -> bool {
 }
 
 /// Compiles a function again for processors with AVX2 and with AVX-512, and takes the form for the processor at hand. All give the same
-/// bits: the same operations, only wider.
+/// bits: the same operations, only wider. Debug builds do without AVX-512, to be built sooner.
 macro_rules! for_this_processor {
     ($(#[$doc:meta])* $seen:vis $name:ident = $plain:ident<$($g:ident: $bound:path),*>($($arg:ident: $type:ty),*)) => {
         $(#[$doc])*
@@ -22,11 +22,13 @@ macro_rules! for_this_processor {
                 fn avx2<$($g: $bound),*>($($arg: $type),*) {
                     $plain($($arg),*);
                 }
+                #[cfg(not(debug_assertions))]
                 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw")]
                 #[inline(never)]
                 fn avx512<$($g: $bound),*>($($arg: $type),*) {
                     $plain($($arg),*);
                 }
+                #[cfg(not(debug_assertions))]
                 if $crate::processor::has_avx512() {
                     // SAFETY: the processor was just asked whether it has them.
                     return unsafe { avx512($($arg),*) };
