@@ -55,15 +55,16 @@ const SIDES: [&str; 6] = ["x_min", "x_max", "y_min", "y_max", "z_min", "z_max"];
 
 /// How the concrete goes along what it touches, for people.
 pub(super) fn surfaces(case: &Case) -> String {
-    let bars = if case.solids.iter().any(|solid| solid.name == "bars") { "; it sticks to bars" } else { "" };
+    let bars = case.solids.iter().any(|solid| solid.name == "bars");
     match case.domain.sides[4] {
         Side::Wall { surface: Surface::Navier { slip_length }, .. } => {
             format!(
-                "the concrete slides along floor and walls, slip length {} mm{bars}",
-                significant(1e3 * slip_length)
+                "the concrete slides along floor and walls, slip length {} mm{}",
+                significant(1e3 * slip_length),
+                if bars { "; it sticks to bars" } else { "" }
             )
         }
-        _ => "the concrete sticks to floor and walls".to_owned(),
+        _ => format!("the concrete sticks to floor{}", if bars { ", walls and bars" } else { " and walls" }),
     }
 }
 

@@ -51,6 +51,11 @@ struct Bar {
 }
 
 impl Bar {
+    fn new(start: DVec3, end: DVec3, diameter: f64) -> Self {
+        let strips = vec![Gathered::default(); (2.0 * REACH / WIDTH) as usize];
+        Self { start, end, diameter, way: DVec3::ZERO, strips }
+    }
+
     fn axis(&self) -> DVec3 {
         (self.end - self.start).normalize()
     }
@@ -112,10 +117,7 @@ fn bars(case: &Case) -> Vec<Bar> {
         _ => None,
     });
     let bar = |body: &Body| match *body {
-        Body::Shape(Shape::Bar { start, end, radius }) => {
-            let strips = vec![Gathered::default(); (2.0 * REACH / WIDTH) as usize];
-            Some(Bar { start, end, diameter: 2.0 * radius, way: DVec3::ZERO, strips })
-        }
+        Body::Shape(Shape::Bar { start, end, radius }) => Some(Bar::new(start, end, 2.0 * radius)),
         _ => None,
     };
     unions.flatten().filter_map(bar).collect()
@@ -291,8 +293,7 @@ mod tests {
             ..Cells::default()
         };
         let [start, end] = [0.0, 0.15].map(|z| DVec3::new(0.1, 0.1, z));
-        let strips = vec![Gathered::default(); (2.0 * REACH / WIDTH) as usize];
-        (Bar { start, end, diameter: 0.01, way: DVec3::ZERO, strips }, cells)
+        (Bar::new(start, end, 0.01), cells)
     }
 
     /// Fibres at random, anywhere and any way.
