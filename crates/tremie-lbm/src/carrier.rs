@@ -8,11 +8,12 @@ use std::ops::Range;
 use rayon::prelude::*;
 use tremie_numerics::DVec3;
 use tremie_rheology::FlowCurve;
-use tremie_suspension::{Carrier, Flat, Periods, Seen, Wall, Walls};
+use tremie_suspension::{Carrier, Flat, Periods, Push, Seen, Wall, Walls, hold};
 
 use crate::collision::least_odd;
 use crate::delta::{Around, beyond, mirrored};
 use crate::grid::Grid;
+use crate::immersed::{Immersed, TAKES};
 use crate::lanes::LANES;
 use crate::lattice::{C, Q};
 use crate::processor::for_this_processor;
@@ -87,7 +88,8 @@ impl<T: Real> Carrier for Lattice<'_, T> {
 
     fn see(&mut self, points: &[DVec3], seen: &mut [Seen]) {
         let points = self.on_lattice(points);
-        self.grid.see_at(&points, self.scaling.velocity_unit(), seen);
+        let hold = hold(self.scaling.viscosity(self.viscosity()));
+        self.grid.see_at(&points, self.scaling.velocity_unit(), hold, seen);
     }
 
     fn thicken(&mut self, points: &[DVec3], seen: &mut [Seen]) {
@@ -102,8 +104,9 @@ impl<T: Real> Carrier for Lattice<'_, T> {
         );
     }
 
-    fn push(&mut self, forces: &[DVec3]) {
-        self.grid.push_at(forces, self.scaling.stress_unit() * self.scaling.cell_size.powi(2));
+    fn push(&mut self, pushes: &[Push]) {
+        let force = self.scaling.stress_unit() * self.scaling.cell_size.powi(2);
+        self.grid.push_at(pushes, force, force / self.scaling.velocity_unit());
     }
 }
 
@@ -150,14 +153,16 @@ impl<T: Real> Grid<T> {
     /// Makes what is seen fit the cells as they are now: after a step, cells may have become fluid or air.
     pub(crate) fn look(&mut self) {
         let Self { immersed, kinds, fills, front, .. } = self;
-        let both = (immersed.seen.par_iter_mut(), immersed.last.par_iter_mut());
-        both.into_par_iter().enumerate().skip(2).for_each(|(slot, (seen, last))| {
-            let (Some(seen), Some(last)) = (seen, last) else { return };
+        let Immersed { seen, last, pushes, .. } = immersed;
+        let all = (seen.par_iter_mut(), last.par_iter_mut(), pushes.par_iter_mut());
+        all.into_par_iter().enumerate().skip(2).for_each(|(slot, all)| {
+            let (Some(seen), Some(last), Some(pushes)) = all else { return };
             for (row, kinds) in kinds[slot].iter().enumerate().filter(|(_, kinds)| kinds.liquid != 0xff) {
-                // What is air now has no last velocity when it is fluid again.
-                for (k, cell) in last.row_mut(row).iter_mut().enumerate() {
+                // What is air now has no last velocity when it is fluid again, and nothing is asked of it.
+                let both = last.row_mut(row).iter_mut().zip(pushes.row_mut(row));
+                for (k, (last, push)) in both.enumerate() {
                     if kinds.wet() >> k & 1 == 0 {
-                        *cell = [T::ZERO; 4];
+                        (*last, *push) = ([T::ZERO; 4], [T::ZERO; 4]);
                     }
                 }
                 for (k, cell) in seen.row_mut(row).iter_mut().enumerate() {
@@ -184,43 +189,54 @@ impl<T: Real> Grid<T> {
     }
 
     /// Velocity around each point, in cells from the domain's lower corner, by the size of the lattice's unit, and the share of what lies there that is fluid.
-    pub(crate) fn see_at(&mut self, points: &[DVec3], unit: f64, seen: &mut [Seen]) {
+    pub(crate) fn see_at(&mut self, points: &[DVec3], unit: f64, hold: f64, seen: &mut [Seen]) {
         self.sort(points);
-        let mut sums = std::mem::take(&mut self.immersed.sums);
+        let (mut sums, mut crowding) =
+            (std::mem::take(&mut self.immersed.sums), std::mem::take(&mut self.immersed.crowding));
         sums.resize(points.len(), [T::ZERO; 4]);
+        crowding.resize(points.len(), T::ZERO);
+        self.immersed.find_crowded();
         let grid = &*self;
         let (sorted, windows) = (&grid.immersed.sorted, &grid.immersed.windows);
-        let mut rest = sums.as_mut_slice();
+        let mut rest = (sums.as_mut_slice(), crowding.as_mut_slice());
         let mut own = |points: usize| {
-            let (own, others) = std::mem::take(&mut rest).split_at_mut(points);
-            rest = others;
-            own
+            let (sums, crowding) = std::mem::take(&mut rest);
+            let (sums, crowding) = (sums.split_at_mut(points), crowding.split_at_mut(points));
+            rest = (sums.1, crowding.1);
+            (sums.0, crowding.0)
         };
         if let Some(windows) = windows {
             let pencils = sorted.windows.chunk_by(|a, b| windows.pencil(a.0) == windows.pencil(b.0));
             let number = |pencil: &[(usize, Range<usize>)]| pencil.iter().map(|window| window.1.len()).sum();
             let tasks: Vec<_> = pencils.map(|pencil| (pencil, own(number(pencil)))).collect();
-            tasks.into_par_iter().for_each_init(Window::new, |window, (pencil, sums)| {
-                see_points(grid, windows, pencil, window, sums);
+            let scratch = || (Window::new(), Vec::new());
+            tasks.into_par_iter().for_each_init(scratch, |scratch, (pencil, (sums, crowding))| {
+                see_points(grid, windows, pencil, scratch, sums, crowding);
             });
         }
         (points.par_iter(), seen.par_iter_mut(), sorted.rank.par_iter())
             .into_par_iter()
             .with_min_len(CHUNK)
-            .for_each(|(at, seen, rank)| *seen = grid.seen_at(*at, unit, &sums[*rank as usize]));
-        self.immersed.sums = sums;
+            .for_each(|(at, seen, rank)| {
+                let rank = *rank as usize;
+                *seen = grid.seen_at(*at, unit, hold, &sums[rank], crowding[rank]);
+            });
+        (self.immersed.sums, self.immersed.crowding) = (sums, crowding);
     }
 
     /// What the sum of what is seen around a point says.
     #[inline(always)]
-    fn seen_at(&self, at: DVec3, unit: f64, sum: &[T; 4]) -> Seen {
+    fn seen_at(&self, at: DVec3, unit: f64, hold: f64, sum: &[T; 4], friction: T) -> Seen {
         if sum[3] == T::ZERO {
             return Seen::default();
         }
         let share = sum[3].to_f64() / 64.0;
         let velocity = unit / sum[3].to_f64() * DVec3::from([0, 1, 2].map(|a| sum[a].to_f64()));
         let inward = if share < 0.5 { self.inward(at) } else { DVec3::ZERO };
-        Seen { velocity, share, inward, ..Seen::default() }
+        // All cells are full in the midst of fluid.
+        let takes = if share > 0.999 { hold } else { TAKES };
+        let crowding = (friction.to_f64() / sum[3].to_f64() / takes - 1.0).max(0.0);
+        Seen { velocity, share, inward, crowding, ..Seen::default() }
     }
 
     /// Shear rate sqrt(2 D:D) in lattice units in the cell of a point, by the velocities beside it as far as there is fluid.
@@ -287,13 +303,14 @@ impl<T: Real> Grid<T> {
 }
 
 for_this_processor! {
-    /// Sums of what is seen around the points of a pencil, in its order.
+    /// Sums of what is seen around the points of a pencil, and how crowded it is there, in its order.
     see_points = see_points_here<T: Real>(
         grid: &Grid<T>,
         windows: &Windows,
         pencil: &[(usize, Range<usize>)],
-        window: &mut Window<T>,
-        sums: &mut [[T; 4]]
+        scratch: &mut (Window<T>, Vec<[T; 4]>),
+        sums: &mut [[T; 4]],
+        crowding: &mut [T]
     )
 }
 
@@ -302,19 +319,30 @@ fn see_points_here<T: Real>(
     grid: &Grid<T>,
     windows: &Windows,
     pencil: &[(usize, Range<usize>)],
-    window: &mut Window<T>,
+    (window, frictions): &mut (Window<T>, Vec<[T; 4]>),
     sums: &mut [[T; 4]],
+    crowding: &mut [T],
 ) {
     let least = T::from_f64(64.0 * LEAST);
-    let mut rest = sums;
+    let mut rest = (sums, crowding);
     for (place, range) in pencil {
         let points = &grid.immersed.sorted.points[range.clone()];
-        window.look(grid, windows.spans(*place), &Asked::by(points));
-        let (sums, others) = rest.split_at_mut(points.len());
+        let (spans, asked) = (windows.spans(*place), Asked::by(points));
+        window.look(grid, spans, &asked, &grid.immersed.seen);
+        let (sums, others) = rest.0.split_at_mut(points.len());
+        let (crowding, other) = rest.1.split_at_mut(points.len());
         window.sums(points, sums);
+        if window.touches(grid, spans, &grid.immersed.crowded) {
+            window.look(grid, spans, &asked, &grid.immersed.pushes);
+            frictions.resize(points.len(), [T::ZERO; 4]);
+            window.sums(points, frictions);
+            crowding.iter_mut().zip(frictions.iter()).for_each(|(sum, [.., friction])| *sum = *friction);
+        } else {
+            crowding.fill(T::ZERO);
+        }
         for sum in sums.iter_mut().filter(|sum| sum[3] < least) {
             *sum = [T::ZERO; 4];
         }
-        rest = others;
+        rest = (others, other);
     }
 }

@@ -8,8 +8,16 @@
 //! keeps half of its size, one towards one wall and away from another that it meets two thirds, as populations are thrown back into the cell they left; in a rigid cell
 //! nothing dies down. And a point at a wall or a surface takes hold of few cells. A body that answered what rings, a step late, would drive it: by a drag of k for each unit of velocity,
 //! u goes to -(p + k) u, if p of it is left by itself. The mean of two steps does not see it; what does not ring is slowed by the body
-//! as it should be, up to k = 4/3. (In the midst of fluid the weights that a point spreads by, which are the same for even and for odd
-//! cells, do not see what alternates from cell to cell; and there thick cylinders ask for k up to 2.)
+//! as it should be, up to k = 4/3. In the midst of fluid the weights that a point spreads by, which are the same for even and for odd
+//! cells, do not see what alternates from cell to cell, and k may be as large as for a line of points alone
+//! ([`tremie_suspension::hold`]).
+//!
+//! Where many bodies lie in one place they ask for more together. So cells are also told the friction that all points ask of them, and what a point
+//! sees of that, as it sees velocities, bounds the k that matters around it (it is a row of the matrix that takes velocities of the fluid at all points to what their frictions
+//! make of them there, and no eigenvalue of a matrix is larger than its largest row). Beyond what the fluid takes ([`TAKES`]) the point gets
+//! as much less friction ([`tremie_suspension::Seen::crowding`]). In shorter steps less is asked, and steps that are short enough change nothing.
+
+use rayon::prelude::*;
 
 use crate::grid::Grid;
 use crate::lanes::{LANES, Lanes};
@@ -60,6 +68,9 @@ pub(crate) type Field<T> = Vec<Option<Box<Vectors<T>>>>;
 /// A slot and the forces on it, while they are taken out of the field.
 pub(crate) type Pushed<T> = (usize, Option<Box<Vectors<T>>>);
 
+/// Part of its momentum in a step of which the fluid takes hold by points beside walls, air or the surface.
+pub(crate) const TAKES: f64 = 4.0 / 3.0;
+
 /// What is to see of a block, while a step writes it.
 pub(crate) struct Sight<'a, T> {
     /// What points see.
@@ -105,12 +116,16 @@ pub(crate) struct Immersed<T> {
     pub(crate) seen: Field<T>,
     /// The same as the velocity is in each step, no mean taken.
     pub(crate) last: Field<T>,
-    /// Forces.
+    /// Forces, and the friction that all points ask for.
     pub(crate) pushes: Field<T>,
+    /// The blocks with cells of which too much is asked.
+    pub(crate) crowded: Vec<bool>,
     /// The points that were asked for last, in the order in which they are gone through.
     pub(crate) sorted: Sorted<T>,
     /// What is seen around each of them, in that order, by weights that sum to 64: the share that is fluid last, or 0 if that is as good as nothing.
     pub(crate) sums: Vec<[T; 4]>,
+    /// The friction asked of the cells around each of them, summed in the same way, where it is crowded; else 0.
+    pub(crate) crowding: Vec<T>,
     /// Where the cells are that points see, once there are points.
     pub(crate) windows: Option<Windows>,
 }
@@ -123,8 +138,10 @@ impl<T: Real> Immersed<T> {
             seen: Vec::new(),
             last: Vec::new(),
             pushes: Vec::new(),
+            crowded: Vec::new(),
             sorted: Sorted::default(),
             sums: Vec::new(),
+            crowding: Vec::new(),
             windows: None,
         }
     }
@@ -148,6 +165,18 @@ impl<T: Real> Immersed<T> {
         {
             **vectors = bytemuck::Zeroable::zeroed();
         }
+    }
+
+    /// Finds the blocks in which any cell is asked for more friction than some would take.
+    pub(crate) fn find_crowded(&mut self) {
+        let least = T::from_f64(TAKES);
+        let too_much = |(push, seen): (&[T; 4], &[T; 4])| push[3] > least * seen[3];
+        let blocks = (self.pushes.par_iter(), self.seen.par_iter()).into_par_iter();
+        let crowded = blocks.map(|(pushes, seen)| match (pushes, seen) {
+            (Some(pushes), Some(seen)) => pushes.cells().iter().zip(seen.cells()).any(too_much),
+            _ => false,
+        });
+        crowded.collect_into_vec(&mut self.crowded);
     }
 
     /// Forces on the cells of a block, where any push.

@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 use tremie_numerics::DVec3;
+use tremie_suspension::Push;
 
 use crate::carrier::CHUNK;
 use crate::delta::first;
@@ -122,7 +123,7 @@ pub(crate) struct Sorted<T> {
     places: Vec<u32>,
     /// Where each lies in its window: copied together first, since to wait for one after the other would take as long as all else.
     pub(crate) points: Vec<Placed<T>>,
-    /// What each pushes with over what is seen around it, in the same order and for the same reason.
+    /// Force and friction of each over what is seen around it, in the same order and for the same reason.
     pushing: Vec<[T; 4]>,
 }
 
@@ -155,14 +156,15 @@ impl<T: Real> Sorted<T> {
         order.par_iter().with_min_len(CHUNK).map(placed).collect_into_vec(&mut self.points);
     }
 
-    /// Takes the forces from the points, `sums` saying what is seen around each in their order.
-    fn take(&mut self, forces: &[DVec3], unit: f64, sums: &[[T; 4]]) {
+    /// Takes forces and frictions from the points, in these units, `sums` saying what is seen around each in their order.
+    fn take(&mut self, pushes: &[Push], force_unit: f64, friction_unit: f64, sums: &[[T; 4]]) {
         let pushing = |(n, sum): (&u32, &[T; 4])| {
             if sum[3] == T::ZERO {
                 return [T::ZERO; 4];
             }
-            let force = forces[*n as usize] / (unit * sum[3].to_f64());
-            [force.x, force.y, force.z, 0.0].map(T::from_f64)
+            let Push { force, friction } = pushes[*n as usize];
+            let (force, seen) = (force / force_unit, sum[3].to_f64());
+            [force.x, force.y, force.z, friction / friction_unit].map(|of| T::from_f64(of / seen))
         };
         let both = (self.order.par_iter(), sums.par_iter()).into_par_iter();
         both.with_min_len(CHUNK).map(pushing).collect_into_vec(&mut self.pushing);
@@ -187,12 +189,12 @@ impl<T: Real> Grid<T> {
         self.immersed.sorted.sort(windows, topology, points);
     }
 
-    /// Spreads a force from each point that was asked for last, in units of which the lattice's is so many.
-    pub(crate) fn push_at(&mut self, forces: &[DVec3], unit: f64) {
+    /// Spreads force and friction from each point that was asked for last, the lattice's units of both being so much.
+    pub(crate) fn push_at(&mut self, pushes: &[Push], force_unit: f64, friction_unit: f64) {
         self.immersed.pushes.par_iter_mut().flatten().for_each(|push| **push = bytemuck::Zeroable::zeroed());
         let Some(windows) = self.immersed.windows.take() else { return };
         let mut sorted = std::mem::take(&mut self.immersed.sorted);
-        sorted.take(forces, unit, &self.immersed.sums);
+        sorted.take(pushes, force_unit, friction_unit, &self.immersed.sums);
         let pencils: Vec<_> =
             sorted.windows.chunk_by(|a, b| windows.pencil(a.0) == windows.pencil(b.0)).collect();
         let layer = |pencil: &[(usize, Range<usize>)]| windows.layer(windows.pencil(pencil[0].0));

@@ -162,23 +162,28 @@ impl<T: Real> Window<T> {
         }
     }
 
-    /// Copies what is seen of the cells that are asked for.
+    /// Copies the cells of a field that are asked for.
     #[inline(always)]
-    pub(crate) fn look(&mut self, grid: &Grid<T>, spans: [&Span; 3], asked: &Asked) {
+    pub(crate) fn look(&mut self, grid: &Grid<T>, spans: [&Span; 3], asked: &Asked, field: &Field<T>) {
         self.find(spans, asked);
         for run in &self.runs {
             let to = &mut self.cells[run.cell..run.cell + run.number];
-            let Some(seen) = &grid.immersed.seen[slot(grid, spans, run)] else {
+            let Some(cells) = &field[slot(grid, spans, run)] else {
                 to.fill([T::ZERO; 4]);
                 continue;
             };
-            for (to, cell) in to.iter_mut().zip(&seen.row(run.row)[run.first..run.first + run.number]) {
+            for (to, cell) in to.iter_mut().zip(&cells.row(run.row)[run.first..run.first + run.number]) {
                 *to = *cell;
             }
             if run.mirrors != 0 {
                 to.iter_mut().for_each(|cell| *cell = mirrored(*cell, run.mirrors));
             }
         }
+    }
+
+    /// Whether any block that was looked at last is one of these, by slots.
+    pub(crate) fn touches(&self, grid: &Grid<T>, spans: [&Span; 3], slots: &[bool]) -> bool {
+        self.runs.iter().any(|run| slots[slot(grid, spans, run)])
     }
 
     /// Zeroes the cells.

@@ -13,6 +13,17 @@ pub struct Seen {
     pub inward: DVec3,
     /// By how much of the plastic viscosity the apparent one is larger; 0 as long as nobody asks ([`Carrier::thicken`]).
     pub thickening: f64,
+    /// By how much, as a share, more friction than the fluid there takes in a step is asked of it by all points together; 0 where it takes it.
+    pub crowding: f64,
+}
+
+/// What a point does to the fluid around it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Push {
+    /// Force in N.
+    pub force: DVec3,
+    /// Friction in N s/m that it asks for, before crowding.
+    pub friction: f64,
 }
 
 /// A fluid that carries inclusions.
@@ -44,6 +55,6 @@ pub trait Carrier {
     /// Finds the thickening around each point, from the shear rate there.
     fn thicken(&mut self, points: &[DVec3], seen: &mut [Seen]);
 
-    /// Pushes the fluid with a force in N at each point that was asked for last, spread over the fluid that [`Carrier::see`] saw from there.
-    fn push(&mut self, forces: &[DVec3]);
+    /// Pushes the fluid at each point that was asked for last, spread over the fluid that [`Carrier::see`] saw from there.
+    fn push(&mut self, pushes: &[Push]);
 }

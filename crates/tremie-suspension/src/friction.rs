@@ -11,7 +11,8 @@
 //!     zeta_across = 4 pi mu / ln(2 R / d),   zeta_along = 2 pi mu / ln(2 R / d)
 //! ```
 //!
-//! (of thick ones no more than a step can bear, [`most`]). Points are a grain apart or less, both ends among them with half the length. The thesis (Svec 2013, Eq. 3.13, 3.14) instead forces the fluid
+//! (of thick ones no more than a step can bear, [`most`]; and of many in one place no more than the fluid there takes from all of them, [`Seen::crowding`]: they slip by what else
+//! they would in a shorter step). Points are a grain apart or less, both ends among them with half the length. The thesis (Svec 2013, Eq. 3.13, 3.14) instead forces the fluid
 //! onto the fibre's velocity, `F = C rho/dt (u* - v) dV` in the fluid's velocity before the force, `C = 5.5 / tf^0.89 + 1`, `tf = d^2/nu` in units of the
 //! lattice: the same in all directions, and for one range of viscosities. It can be chosen, to be compared with.
 //!
@@ -31,7 +32,7 @@ use std::f64::consts::PI;
 
 use tremie_numerics::DVec3;
 
-use crate::{Carrier, Form};
+use crate::{Carrier, Form, Seen};
 
 /// How fibres are coupled to the fluid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -99,10 +100,15 @@ pub(crate) struct Grip {
 }
 
 impl Grip {
-    /// Friction across and along in fluid that is more viscous by this share.
-    pub(crate) fn in_thicker(&self, thickening: f64) -> [f64; 2] {
-        let grown = 1.0 + thickening;
+    /// Friction across and along that the point asks of the fluid there.
+    pub(crate) fn asked(&self, seen: &Seen) -> [f64; 2] {
+        let grown = 1.0 + seen.thickening;
         [(grown * self.across).min(self.most[0]), (grown * self.along).min(self.most[1])]
+    }
+
+    /// The same that it gets.
+    pub(crate) fn felt(&self, seen: &Seen) -> [f64; 2] {
+        self.asked(seen).map(|friction| friction / (1.0 + seen.crowding))
     }
 }
 
@@ -135,13 +141,18 @@ fn overhang(viscosity: f64, radius: f64) -> f64 {
 /// Variance in `grain^2` of the weights with which a point is spread and seen again.
 const SMEARED: f64 = 1.045;
 
-/// Largest friction of a line per length, in `rho grain^2 / dt`, that the fluid takes a step later without being thrown to and fro.
+/// The part of its momentum in a step that the fluid around a line lets it take hold of without being thrown to and fro, in a fluid of a viscosity in grains and steps.
 ///
 /// A force takes effect half at once and half a step later, when viscosity has spread it: of its effect on the line's own place a share q is left then.
-/// So with x, the friction times [`SELF`], the fluid's velocity follows u' = (q - x) u - q x u'', which decays for q x < 1. In the plane across the
+/// So with x, half of the part taken hold of, the fluid's velocity follows u' = (q - x) u - q x u'', which decays for q x < 1. In the plane across the
 /// line q is the variance before over the variance after, 1 / (1 + 2 nu / variance). Less a fiftieth.
+pub fn hold(viscosity: f64) -> f64 {
+    2.0 * 0.98 * (1.0 + 2.0 * viscosity / SMEARED)
+}
+
+/// Largest friction of a line per length, in `rho grain^2 / dt`: that with the [`hold`] that the fluid allows, of which it has twice [`SELF`].
 fn most(medium: &Medium) -> f64 {
-    0.98 / SELF * (1.0 + 2.0 * medium.lattice_viscosity() / SMEARED)
+    0.5 / SELF * hold(medium.lattice_viscosity())
 }
 
 /// The points of a form.

@@ -25,13 +25,13 @@ mod separation;
 mod suspension;
 mod walls;
 
-pub use carrier::{Carrier, Seen};
+pub use carrier::{Carrier, Push, Seen};
 pub use contact::{ContactLaw, Contacts, Film};
 pub use distribution::Distribution;
 pub use entrance::{Entrant, Opening, passes};
 pub use folgar_tucker::{Closure, FolgarTucker, admissible, interaction_coefficient, shape_factor};
 pub use form::Form;
-pub use friction::{Coupling, Felt, svec_correction};
+pub use friction::{Coupling, Felt, hold, svec_correction};
 pub use inclusions::{Inclusions, Kind};
 pub use motion::Scheme;
 pub use placement::{Amount, AtWalls, Direction, Order, PlacementError, Region, place};

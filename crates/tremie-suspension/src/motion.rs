@@ -118,7 +118,7 @@ impl Dragged<'_> {
     fn held(&self, orientation: DQuat) -> impl Iterator<Item = (DVec3, [f64; 2], DVec3)> {
         let turn = DMat3::from_quat(orientation);
         self.grips.iter().zip(self.seen).filter(|(_, seen)| seen.share > 0.0).map(move |(grip, seen)| {
-            let [across, along] = grip.in_thicker(seen.thickening);
+            let [across, along] = grip.felt(seen);
             let handed = self.handed.at(grip, orientation);
             let push = |u: DVec3| across * u + (along - across) * u.dot(turn.z_axis) * turn.z_axis + handed;
             (turn * grip.at, [across, along - across], push(seen.velocity))

@@ -13,7 +13,7 @@ use tremie_numerics::{DMat3, DVec3};
 use crate::friction::{Coupling, FORGETS, Felt, Grip, Medium, grips};
 use crate::motion::{Dragged, Handed, Motion, Scheme};
 use crate::neighbours::CHUNK;
-use crate::{Carrier, ContactLaw, Contacts, Film, Inclusions, Periods, Response, Seen, Walls};
+use crate::{Carrier, ContactLaw, Contacts, Film, Inclusions, Periods, Push, Response, Seen, Walls};
 
 /// Relative error of each step of the scheme of Fehlberg.
 const TOLERANCE: f64 = 1e-6;
@@ -69,7 +69,7 @@ pub struct Suspension {
     firsts: Vec<usize>,
     points: Vec<DVec3>,
     seen: Vec<Seen>,
-    forces: Vec<DVec3>,
+    pushes: Vec<Push>,
     moved: Vec<Moved>,
     responses: Vec<Response>,
 }
@@ -95,7 +95,7 @@ impl Suspension {
             firsts: Vec::new(),
             points: Vec::new(),
             seen: Vec::new(),
-            forces: Vec::new(),
+            pushes: Vec::new(),
             moved: Vec::new(),
             responses: Vec::new(),
         }
@@ -162,7 +162,7 @@ impl Suspension {
             self.contacts.resolve(&mut self.inclusions, &responses, walls, &periods, film, step);
         }
         self.react();
-        carrier.push(&self.forces);
+        carrier.push(&self.pushes);
         let bodies = &mut self.inclusions;
         let motions = (
             &mut bodies.position,
@@ -259,24 +259,24 @@ impl Suspension {
 
     /// The drag at each point, turned round, and what comes of it for each body.
     fn react(&mut self) {
-        let mut forces = std::mem::take(&mut self.forces);
+        let mut pushes = std::mem::take(&mut self.pushes);
         let bodies = &mut self.inclusions;
         let mut drags = [&mut bodies.drag, &mut bodies.torque, &mut bodies.mean_drag].map(std::mem::take);
         let mut moments = std::mem::take(&mut bodies.mean_moment);
-        forces.resize(self.points.len(), DVec3::ZERO);
+        pushes.resize(self.points.len(), Push::default());
         let [one, two, three] = drags.each_mut().map(|of| of.par_chunks_mut(CHUNK));
         let own = (one, two, three, moments.par_chunks_mut(CHUNK)).into_par_iter();
-        own.zip(of_chunks(&self.firsts, &mut forces)).enumerate().for_each(
-            |(chunk, ((drags, torques, means, moments), forces))| {
-                let mut forces = forces.iter_mut();
+        own.zip(of_chunks(&self.firsts, &mut pushes)).enumerate().for_each(
+            |(chunk, ((drags, torques, means, moments), pushes))| {
+                let mut pushes = pushes.iter_mut();
                 for k in 0..drags.len() {
                     let mut handed = Handed { drag: means[k], moment: moments[k] };
-                    [drags[k], torques[k]] = self.drag(chunk * CHUNK + k, &mut handed, &mut forces);
+                    [drags[k], torques[k]] = self.drag(chunk * CHUNK + k, &mut handed, &mut pushes);
                     (means[k], moments[k]) = (handed.drag, handed.moment);
                 }
             },
         );
-        self.forces = forces;
+        self.pushes = pushes;
         let bodies = &mut self.inclusions;
         [bodies.drag, bodies.torque, bodies.mean_drag] = drags;
         bodies.mean_moment = moments;
@@ -287,23 +287,25 @@ impl Suspension {
         &self,
         n: usize,
         handed: &mut Handed,
-        forces: &mut impl Iterator<Item = &'a mut DVec3>,
+        pushes: &mut impl Iterator<Item = &'a mut Push>,
     ) -> [DVec3; 2] {
         let (mean, turn) = (self.motion(n), self.inclusions.orientation[n]);
         let axis = turn * DVec3::Z;
         let (mut drag, mut torque, mut moment) = (DVec3::ZERO, DVec3::ZERO, DMat3::ZERO);
-        for ((grip, seen), force) in self.grips_of(n).iter().zip(&self.seen[self.firsts[n]..]).zip(forces) {
+        for ((grip, seen), push) in self.grips_of(n).iter().zip(&self.seen[self.firsts[n]..]).zip(pushes) {
             let arm = turn * grip.at;
             if seen.share == 0.0 {
-                *force = DVec3::ZERO;
+                *push = Push::default();
                 continue;
             }
             let slip = mean.at(arm) - seen.velocity;
             let along = axis * slip.dot(axis);
-            let [across, lengthwise] = grip.in_thicker(seen.thickening);
-            *force = across * (slip - along) + lengthwise * along - handed.at(grip, turn);
-            drag -= *force;
-            torque -= arm.cross(*force);
+            let [across, lengthwise] = grip.felt(seen);
+            let force = across * (slip - along) + lengthwise * along - handed.at(grip, turn);
+            let [a, b] = grip.asked(seen);
+            *push = Push { force, friction: a.max(b) };
+            drag -= force;
+            torque -= arm.cross(force);
             if grip.steady > 0.0 {
                 moment -= DMat3::from_cols(force.x * arm, force.y * arm, force.z * arm);
             }

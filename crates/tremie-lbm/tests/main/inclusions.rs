@@ -87,6 +87,34 @@ fn a_cylinder_between_plates_is_dragged_as_faxen_has_it() {
     }
 }
 
+#[test]
+fn a_crowd_of_fibres_held_in_an_edge_bears_what_drives_the_fluid() {
+    // Between walls that bear nothing; each alone would take hold of a third of a cell's momentum in a step.
+    let cells = [8, 6, 6];
+    let sides = "[domain.sides]\nx_min = \"periodic\"\nx_max = \"periodic\"\ny_min = { surface = \"free_slip\" }\n\
+                 y_max = { surface = \"free_slip\" }\nz_min = { surface = \"free_slip\" }\nz_max = { surface = \"free_slip\" }";
+    let case = full(cells, 0.15, DVec3::new(1e-3, 0.0, 0.0), sides, "f64");
+    let drags = [1, 3, 30].map(|number| {
+        let mut inclusions = of_kind(Form::Fibre { length: 8e-3, diameter: 0.075e-3 }, 1000.0);
+        for _ in 0..number {
+            inclusions.add(0, 0, DVec3::new(4e-3, 0.2e-3, 0.3e-3), DQuat::from_rotation_y(0.5 * PI));
+        }
+        let law = ContactLaw::default();
+        let periods = periods(cells, [true, false, false]);
+        let suspension = Suspension::new(inclusions, HELD, law, DVec3::ZERO, periods);
+        let mut simulation = tremie_lbm::simulation_with(&case, Some(suspension));
+        advance(&mut *simulation, 4000);
+        let snapshot = simulation.snapshot();
+        let Fluid::Cells(fluid) = snapshot.fluid;
+        let mean = fluid.velocity.iter().map(|u| u.x).sum::<f64>() / fluid.velocity.len() as f64;
+        (snapshot.inclusions.drag.iter().map(|drag| drag.x).sum::<f64>(), mean)
+    });
+    let weight = 1000.0 * 1e-3 * cells.iter().product::<usize>() as f64 * 1e-9;
+    assert!(drags.iter().all(|(drag, _)| (drag / weight - 1.0).abs() < 1e-3), "{drags:?} {weight}");
+    // The more there are the slower all of it.
+    assert!(drags.is_sorted_by(|a, b| a.1 > b.1 && b.1 > 0.0), "{drags:?}");
+}
+
 /// The radius in cells of the sphere that would be dragged as much as one of this diameter is in a periodic box of so many cells (Hasimoto 1959).
 fn hydrodynamic_radius(diameter: f64, viscosity: f64, edge: usize) -> f64 {
     let cells = [edge; 3];
