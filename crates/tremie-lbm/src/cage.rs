@@ -153,7 +153,7 @@ impl Cages {
                 let distance = body.signed_distance(centre);
                 // Half the diagonal of a cell.
                 *value = if distance.abs() < 0.867 * self.size {
-                    share(centre, self.size, |p| body.signed_distance(p) < 0.0)
+                    share(centre, self.size, |p| body.signed_distance(p))
                 } else {
                     f64::from(u8::from(distance < 0.0))
                 };

@@ -109,11 +109,13 @@ impl<T: Real> Source<'_, T> {
                 own.push.map_or(DVec3::ZERO, |push| DVec3::from([0, 1, 2].map(|a| push[k][a].to_f64())));
             let velocity = momentum / density - 0.5 * (filled * gravity + push);
             for contact in touching.iter().flatten() {
-                let mut wall = contact.velocity;
+                let (mut wall, mut sweeps) = (contact.velocity, contact.velocity);
                 let mut rubbed = None;
                 let friction = self.solids.friction(contact.solid).filter(|_| !contact.along_lattice());
                 if contact.slides || friction.is_some() {
                     slides = true;
+                    // A wall that goes along itself sweeps nothing, though not all links that would tell may come out of it.
+                    sweeps = contact.normal * contact.velocity.dot(contact.normal);
                     let entering = contact.links().map(|i| (i, leaving[opposite(i)]));
                     // In an edge with another wall the fluid does not slide towards that.
                     let shut = |a: usize| (row.solid[2 * a + 1] | row.solid[2 * a + 2]) >> k & 1 == 1;
@@ -147,7 +149,7 @@ impl<T: Real> Source<'_, T> {
                     let wall = rubbed.map_or(wall, |rubbed| rubbed.of_link(contact, c));
                     let gained = 6.0 * W[i] * density * c.dot(wall);
                     f[i].0[k] = T::from_f64(leaving[opposite(i)] + gained);
-                    let by_motion = 6.0 * W[i] * density * c.dot(contact.velocity);
+                    let by_motion = 6.0 * W[i] * density * c.dot(sweeps);
                     by_wall -= by_motion;
                     slid -= gained - by_motion;
                 }

@@ -1,5 +1,6 @@
 //! The first state: which cells hold fluid, at which pressure, how fast.
 
+use rayon::prelude::*;
 use tremie_case::{Case, FluidRegion};
 use tremie_geometry::share;
 use tremie_numerics::DVec3;
@@ -57,14 +58,14 @@ impl<T: Real> Grid<T> {
     fn fill_blocks(&mut self, case: &Case, size: f64) {
         let blocks = self.topology.blocks;
         let half_diagonal = 0.5 * 3f64.sqrt() * size * EDGE as f64;
-        for n in 0..blocks.iter().product() {
+        let fills = |n: usize| {
             let place = [n % blocks[0], n / blocks[0] % blocks[1], n / blocks[0] / blocks[1]];
             let middle = [0, 1, 2].map(|a| (place[a] * EDGE + EDGE / 2) as f64);
             let middle = case.domain.min + size * DVec3::from(middle);
             if !case.fluid.iter().any(|region| region.shape.signed_distance(middle) < half_diagonal) {
-                continue;
+                return None;
             }
-            let mut fills = [0.0; CELLS];
+            let mut fills = Box::new([0.0; CELLS]);
             for (cell, fill) in fills.iter_mut().enumerate() {
                 let at = [cell % EDGE, cell / EDGE % EDGE, cell / EDGE / EDGE];
                 let at = [0, 1, 2].map(|a| place[a] * EDGE + at[a]);
@@ -75,11 +76,14 @@ impl<T: Real> Grid<T> {
                     *fill = if drains { 0.0 } else { self.share_of_fluid(case, centre, size) };
                 }
             }
-            if fills.iter().any(|fill| *fill > 0.0) {
-                let slot = self.allocate(place);
-                for (cell, fill) in fills.into_iter().enumerate() {
-                    self.fills[slot][(0, cell)] = T::from_f64(fill);
-                }
+            fills.iter().any(|fill| *fill > 0.0).then_some((place, fills))
+        };
+        let number: usize = blocks.iter().product();
+        let filled: Vec<_> = (0..number).into_par_iter().filter_map(fills).collect();
+        for (place, fills) in filled {
+            let slot = self.allocate(place);
+            for (cell, fill) in fills.into_iter().enumerate() {
+                self.fills[slot][(0, cell)] = T::from_f64(fill);
             }
         }
     }
@@ -87,15 +91,24 @@ impl<T: Real> Grid<T> {
     /// Share of fluid in what solids leave of a cell; none in a solid cell.
     fn share_of_fluid(&self, case: &Case, centre: DVec3, size: f64) -> f64 {
         let distance = self.solids.distance(centre);
-        if distance >= 0.5 * 3f64.sqrt() * size {
+        let half_diagonal = 0.5 * 3f64.sqrt() * size;
+        if distance >= half_diagonal {
             return case.fluid.iter().map(|region| region.shape.fill(centre, size)).fold(0.0, f64::max);
         }
         if distance < 0.0 {
             return 0.0;
         }
-        let free = share(centre, size, |p| self.solids.distance(p) >= 0.0);
-        let wet = |p| case.fluid.iter().any(|region| region.shape.signed_distance(p) < 0.0);
-        share(centre, size, |p| self.solids.distance(p) >= 0.0 && wet(p)) / free
+        let fluid = |p| {
+            let all = case.fluid.iter().map(|region| region.shape.signed_distance(p));
+            all.fold(f64::INFINITY, f64::min)
+        };
+        let depth = -fluid(centre);
+        if depth.abs() >= half_diagonal {
+            return if depth > 0.0 { 1.0 } else { 0.0 };
+        }
+        let free = share(centre, size, |p| -self.solids.distance(p));
+        let wet = share(centre, size, |p| fluid(p).max(-self.solids.distance(p)));
+        if wet > 0.0 { wet / free } else { 0.0 }
     }
 
     /// Tells liquid from interface by fill and neighbours.

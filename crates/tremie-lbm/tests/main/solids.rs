@@ -239,6 +239,28 @@ fn concrete_stands_between_free_slip_walls() {
 }
 
 #[test]
+fn a_gate_that_goes_up_along_itself_takes_nothing_from_a_tank() {
+    // Into a wall above: there not all links of a cell meet the gate.
+    let text = format!(
+        "{CONCRETE}[domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"80 mm\", \"40 mm\", \"160 mm\"]\n\
+         sides = {{ y_min = \"periodic\", y_max = \"periodic\" }}\n\
+         [[fluid]]\nbox = {{ min = [\"0 m\", \"-1 m\", \"0 m\"], max = [\"40 mm\", \"1 m\", \"120 mm\"] }}\n\
+         [[solid]]\nbox = {{ min = [\"40 mm\", \"-1 m\", \"80 mm\"], max = [\"60 mm\", \"1 m\", \"1 m\"] }}\n\
+         [[solid]]\nbox = {{ min = [\"40 mm\", \"-1 m\", \"-1 m\"], max = [\"60 mm\", \"1 m\", \"90 mm\"] }}\n\
+         surface = \"free_slip\"\nmotion.uniform.velocity = [\"0 m/s\", \"0 m/s\", \"0.2 m/s\"]\n\
+         [lbm]\ncell_size = \"10 mm\"\nprecision = \"f64\"\n"
+    );
+    let mut simulation = lattice_boltzmann(&case(&text));
+    let volume = |fluid: &dyn Simulation| cells(fluid).fill.iter().sum::<f64>();
+    let before = volume(&*simulation);
+    while simulation.time() < 0.3 {
+        advance(&mut *simulation, 1);
+    }
+    let after = volume(&*simulation);
+    assert!((after / before - 1.0).abs() < 1e-3, "{before} {after}");
+}
+
+#[test]
 fn a_sliding_wall_that_recedes_lets_go() {
     // A block that stands by itself, and a plate against its side that is drawn away: air comes in between.
     let text = "[material]\ndensity = \"2300 kg/m3\"\n\
