@@ -28,7 +28,8 @@
 //!
 //! The mass that goes into steps and what comes out of them agree over a stretch of the wall, but not in every cell. So each
 //! liquid cell at a solid has a store, which gets what the solid takes from the cell by sliding or by its place, exchanges with the stores beside
-//! it, and is slowly put back into the cell: no mass is lost. What a wall takes by its own motion is another matter (`sweep`).
+//! it, and is slowly put back into the cell: no mass is lost. At the edges of a wall along the lattice, which is no staircase, nothing comes back out elsewhere: there it is
+//! put back at once. What a wall takes by its own motion is another matter (`sweep`).
 //!
 //! In an edge or a corner, where a cell is in contact with several surfaces, all this is done for each of them with the links that come out of it.
 
@@ -102,7 +103,7 @@ impl<T: Real> Source<'_, T> {
             let interface = row.kinds.interface >> k & 1 == 1;
             let leaving: [f64; Q] = std::array::from_fn(|i| self.own[(i, cell)].to_f64());
             let density = 1.0 + leaving.iter().sum::<f64>();
-            let (mut by_wall, mut slid, mut slides) = (0.0, 0.0, false);
+            let (mut by_wall, mut slid, mut at_edges, mut slides) = (0.0, 0.0, 0.0, false);
             let momentum: DVec3 = (1..Q).map(|i| vector(i) * leaving[i]).sum();
             let filled = if interface { fill[(0, cell)].to_f64().clamp(0.0, 1.0) } else { 1.0 };
             let push =
@@ -150,8 +151,14 @@ impl<T: Real> Source<'_, T> {
                     let gained = 6.0 * W[i] * density * c.dot(wall);
                     f[i].0[k] = T::from_f64(leaving[opposite(i)] + gained);
                     let by_motion = 6.0 * W[i] * density * c.dot(sweeps);
+                    let n = contact.normal;
+                    let along = match contact.slides && contact.along_lattice() {
+                        true => 6.0 * W[i] * density * (c - n * c.dot(n)).dot(wall),
+                        false => 0.0,
+                    };
                     by_wall -= by_motion;
-                    slid -= gained - by_motion;
+                    at_edges += along;
+                    slid -= gained - by_motion - along;
                 }
             }
             if touching.iter().flatten().any(|contact| contact.held) {
@@ -174,6 +181,7 @@ impl<T: Real> Source<'_, T> {
                 continue;
             }
             *swept += by_wall;
+            f[0].0[k] -= T::from_f64(at_edges);
             if slides {
                 let returned = RETURNED * mass[cell];
                 mass[cell] += slid - returned;
