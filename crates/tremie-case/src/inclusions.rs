@@ -674,6 +674,10 @@ fn scatter(
     document: &Document<'_>,
 ) -> Result<(), Fault> {
     let (domain, periods) = (case.domain, case.periods());
+    let within = |p: DVec3| {
+        let distance = distance(case, &periods, p);
+        random.region.map_or(distance, |region| distance.max(region.signed_distance(p)))
+    };
     let fluid = case.fluid.iter().map(|region| region.shape.bounds());
     let all = fluid.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or((DVec3::ZERO, DVec3::ZERO));
     let mut bounds = (all.0.max(domain.min), all.1.min(domain.max));
@@ -684,16 +688,6 @@ fn scatter(
         let problem = "there is no fluid where these bodies should be";
         return Err(Fault::new(document.locate(path), problem, "let them be within the fluid"));
     }
-    let within = |p: DVec3| {
-        // Most places that are asked for in vain are out of the box, which is sooner seen.
-        let out = (bounds.0 - p).max(p - bounds.1).to_array();
-        let out = (0..3).filter(|a| periods.0[*a].is_none()).map(|a| out[a]).fold(0.0, f64::max);
-        if out > 0.0 {
-            return out;
-        }
-        let distance = distance(case, &periods, p);
-        random.region.map_or(distance, |region| distance.max(region.signed_distance(p)))
-    };
     let region = Region { low: bounds.0, high: bounds.1, distance: &within };
     let order = Order {
         kind,

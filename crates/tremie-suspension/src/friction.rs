@@ -11,8 +11,8 @@
 //!     zeta_across = 4 pi mu / ln(2 R / d),   zeta_along = 2 pi mu / ln(2 R / d)
 //! ```
 //!
-//! (of thick ones no more than a step can bear, [`most`]; and of many in one place no more than the fluid there takes from all of them, [`Seen::crowding`]: they slip by what else
-//! they would in a shorter step). Points are a grain apart or less, both ends among them with half the length. The thesis (Svec 2013, Eq. 3.13, 3.14) instead forces the fluid
+//! (of thick ones no more than a step can bear, [`most`]; and of many in one place no more than the fluid there takes from all of them, [`Seen::crowding`]: they slip a little
+//! more than in shorter steps). Points are a grain apart or less, both ends among them with half the length. The thesis (Svec 2013, Eq. 3.13, 3.14) instead forces the fluid
 //! onto the fibre's velocity, `F = C rho/dt (u* - v) dV` in the fluid's velocity before the force, `C = 5.5 / tf^0.89 + 1`, `tf = d^2/nu` in units of the
 //! lattice: the same in all directions, and for one range of viscosities. It can be chosen, to be compared with.
 //!
