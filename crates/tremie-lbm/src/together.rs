@@ -33,7 +33,7 @@ pub(crate) struct Own<'a, T: Real, R: Law<T>> {
     pub(crate) push: Option<&'a Pushes<T>>,
 }
 
-/// A force on each cell of a row, and one more number.
+/// A force on each cell of a row, and last the friction with bodies there.
 pub(crate) type Pushes<T> = [[T; 4]; LANES];
 
 impl<T: Real, R: Law<T>> Own<'_, T, R> {
@@ -65,7 +65,7 @@ impl<T: Real, R: Law<T>> Physics<T, R> {
     pub(crate) fn drive(&self, own: &Own<'_, T, R>, lane: usize) -> Drive<T> {
         match own.push {
             None => Weight(self.gravity).cell(0),
-            Some(push) => Drive { gravity: self.gravity, push: by_axis(|a| push[lane][a]) },
+            Some(push) => Pushed::new(self.gravity, [push; 2]).cell(lane),
         }
     }
 }
@@ -97,26 +97,30 @@ impl<T: Real> Driving<T> for Weight<T> {
 pub(crate) struct Pushed<T> {
     gravity: [T; 3],
     push: [[[T; LANES]; 2]; 3],
+    friction: [[T; LANES]; 2],
 }
 
 impl<T: Real> Pushed<T> {
     /// The cells of one row, twice, or of two.
     #[inline(always)]
     pub(crate) fn new(gravity: [T; 3], rows: [&[[T; 4]; LANES]; 2]) -> Self {
-        Self { gravity, push: by_axis(|a| rows.map(|row| row.map(|push| push[a]))) }
+        let all = |n: usize| rows.map(|row| row.map(|push| push[n]));
+        Self { gravity, push: by_axis(all), friction: all(3) }
     }
 }
 
 impl<T: Real> Driving<T> for Pushed<T> {
     #[inline(always)]
     fn cell(&self, n: usize) -> Drive<T> {
-        Drive { gravity: self.gravity, push: by_axis(|a| self.push[a].as_flattened()[n]) }
+        let push = by_axis(|a| self.push[a].as_flattened()[n]);
+        Drive { gravity: self.gravity, push, friction: Some(self.friction.as_flattened()[n]) }
     }
 
     #[inline(always)]
     fn row(&self, n: usize) -> Drive<Lanes<T>> {
         let gravity = by_axis(|a| Lanes::splat(self.gravity[a]));
-        Drive { gravity, push: by_axis(|a| Lanes(self.push[a][n])) }
+        let push = by_axis(|a| Lanes(self.push[a][n]));
+        Drive { gravity, push, friction: Some(Lanes(self.friction[n])) }
     }
 }
 
