@@ -100,6 +100,11 @@ impl<'a> Context<'a> {
         Self { out, ..self }
     }
 
+    /// Computes the benchmark.
+    pub(super) fn run(&self) -> anyhow::Result<Vec<Check>> {
+        (self.benchmark.run)(self)
+    }
+
     /// Name of the benchmark.
     pub(super) fn id(&self) -> &'static str {
         self.benchmark.id

@@ -43,8 +43,12 @@ mod thin_layer;
 mod thixotropy;
 mod wake;
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc;
+use std::thread;
 use std::time::Instant;
 
 use clap::builder::PossibleValuesParser;
@@ -227,7 +231,7 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(fracture::anywhere, "fracture-anywhere", "reference.csv"),
 ];
 
-/// Runs the benchmarks, shows each as it ends, and says whether all pass.
+/// Runs the benchmarks, shows each once it and those before it have ended, and says whether all pass.
 ///
 /// A benchmark that breaks down has failed; the others still run.
 ///
@@ -235,20 +239,61 @@ const BENCHMARKS: &[Benchmark] = &[
 /// If a benchmark's own files are wrong, or the results cannot be shown or written.
 pub fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
     let Arguments { ids, quick, json, out } = arguments;
-    let mut report = Report::new(json);
+    let mut contexts = Vec::new();
     for benchmark in BENCHMARKS {
         let context = Context::new(benchmark)?.drawing(out.as_deref());
         let asked = ids.is_empty() || ids.iter().any(|id| id == benchmark.id);
-        if !asked || (quick && !context.definition().quick) {
-            continue;
+        if asked && (!quick || context.definition().quick) {
+            contexts.push(context);
         }
-        report.begins(benchmark.id, context.definition())?;
-        let start = Instant::now();
-        let checks = (benchmark.run)(&context);
-        report.ends(Verdict::new(benchmark.id, checks, start.elapsed().as_secs_f64()))?;
     }
+    let mut report = Report::new(json);
+    side_by_side(&contexts, &mut report)?;
     report.close(out.as_deref())?;
     Ok(if report.all_pass() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Runs as many benchmarks at once as there are threads, which they share: most are small, and gain little from a second thread.
+fn side_by_side(contexts: &[Context<'_>], report: &mut Report) -> anyhow::Result<()> {
+    let threads = rayon::current_num_threads();
+    let at_once = contexts.len().clamp(1, threads);
+    let next = AtomicUsize::new(0);
+    let (send, ended) = mpsc::channel();
+    thread::scope(|scope| {
+        for n in 0..at_once {
+            let (send, next) = (send.clone(), &next);
+            let share = threads / at_once + usize::from(n < threads % at_once);
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(share).build()?;
+            scope.spawn(move || {
+                pool.install(|| {
+                    loop {
+                        let n = next.fetch_add(1, Ordering::Relaxed);
+                        // Nobody listens any more once the results cannot be shown.
+                        if contexts.get(n).is_none_or(|context| send.send((n, verdict(context))).is_err()) {
+                            break;
+                        }
+                    }
+                });
+            });
+        }
+        drop(send);
+        let mut early = BTreeMap::new();
+        for (n, verdict) in ended {
+            early.insert(n, verdict);
+            while let Some(verdict) = early.remove(&report.shown()) {
+                report.ends(verdict)?;
+            }
+        }
+        Ok(())
+    })
+}
+
+/// Runs a benchmark.
+fn verdict(context: &Context<'_>) -> Verdict {
+    report::progress(&format!("{} begins", context.id()));
+    let start = Instant::now();
+    let checks = context.run();
+    Verdict::new(context.id(), &context.definition().title, checks, start.elapsed().as_secs_f64())
 }
 
 #[cfg(test)]

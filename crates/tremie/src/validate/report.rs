@@ -6,11 +6,12 @@ use std::path::Path;
 use anyhow::Context as _;
 use serde::Serialize;
 
-use super::benchmark::{Check, Definition};
+use super::benchmark::Check;
 
 /// A benchmark that has run.
 pub(super) struct Verdict {
     id: &'static str,
+    title: String,
     checks: Vec<Check>,
     /// Why it broke down, if it did.
     failure: Option<String>,
@@ -19,11 +20,17 @@ pub(super) struct Verdict {
 }
 
 impl Verdict {
-    pub(super) fn new(id: &'static str, checks: anyhow::Result<Vec<Check>>, seconds: f64) -> Self {
-        match checks {
-            Ok(checks) => Self { id, checks, failure: None, seconds },
-            Err(error) => Self { id, checks: Vec::new(), failure: Some(format!("{error:#}")), seconds },
-        }
+    pub(super) fn new(
+        id: &'static str,
+        title: &str,
+        checks: anyhow::Result<Vec<Check>>,
+        seconds: f64,
+    ) -> Self {
+        let (checks, failure) = match checks {
+            Ok(checks) => (checks, None),
+            Err(error) => (Vec::new(), Some(format!("{error:#}"))),
+        };
+        Self { id, title: title.to_owned(), checks, failure, seconds }
     }
 
     fn passes(&self) -> bool {
@@ -110,19 +117,15 @@ impl Report {
         Self { json, verdicts: Vec::new() }
     }
 
-    pub(super) fn begins(&self, id: &str, definition: &Definition) -> io::Result<()> {
-        if self.json {
-            writeln!(stderr(), "{id}: {}", definition.title)
-        } else {
-            let mut out = stdout().lock();
-            writeln!(out, "{id}: {}", definition.title)?;
-            out.flush()
-        }
+    /// How many benchmarks are shown.
+    pub(super) fn shown(&self) -> usize {
+        self.verdicts.len()
     }
 
     pub(super) fn ends(&mut self, verdict: Verdict) -> io::Result<()> {
         if !self.json {
             let mut out = stdout().lock();
+            writeln!(out, "{}: {}", verdict.id, verdict.title)?;
             if self.verdicts.is_empty() {
                 header(&mut out)?;
             }
@@ -218,18 +221,18 @@ mod tests {
 
     #[test]
     fn a_benchmark_passes_only_if_all_of_it_does() {
-        let verdict = |checks| Verdict::new("a", Ok(checks), 1.0);
+        let verdict = |checks| Verdict::new("a", "A", Ok(checks), 1.0);
         assert!(verdict(vec![check(0.01, Some(0.01)), check(9.0, None)]).passes());
         assert!(!verdict(vec![check(0.0, Some(0.01)), check(0.02, Some(0.01))]).passes());
         assert!(!verdict(vec![check(f64::NAN, Some(0.01))]).passes());
-        assert!(!Verdict::new("a", Err(anyhow::anyhow!("broke down")), 1.0).passes());
+        assert!(!Verdict::new("a", "A", Err(anyhow::anyhow!("broke down")), 1.0).passes());
     }
 
     #[test]
     fn the_list_has_the_keys_that_scripts_ask_for() {
         let verdicts = [
-            Verdict::new("a", Ok(vec![check(0.01, Some(0.02))]), 1.5),
-            Verdict::new("b", Err(anyhow::anyhow!("broke down")), 1.5),
+            Verdict::new("a", "A", Ok(vec![check(0.01, Some(0.02))]), 1.5),
+            Verdict::new("b", "B", Err(anyhow::anyhow!("broke down")), 1.5),
         ];
         let entries: Vec<Entry> = verdicts.iter().flat_map(Verdict::entries).collect();
         let list = serde_json::to_value(&entries).unwrap();
