@@ -33,11 +33,12 @@
 //! A cell below the yield stress has omega = 0 and omega_odd = 2; what rings then under the two-relaxation-time
 //! scheme is damped here, because everything but the stress itself relaxes at rate 1. What is left are the waves of an elastic
 //! solid, since stress that does not relax is what all strain adds up to, and nothing damps them. Bodies answer a wave a step late, those at walls
-//! a step and a half (module `immersed`): more than a quarter of the period of the shortest, so that they drive it, at a rate in proportion to their
-//! friction. So odd moments that are thrown back with omega_odd = 2 are held to `2 - k/10` where bodies rub by k for each unit of velocity. Stress then spreads by
+//! a step and a half (module `immersed`): more than a quarter of the period of the shortest, so that they can drive it, at a rate in proportion to their
+//! friction. So odd moments that are thrown back with omega_odd = 2 are held to `2 - k/10` where bodies rub by k for each unit of velocity (of which they get 4/3 at most beside walls). Stress then spreads by
 //! `D = (1/omega_odd - 1/2)/3`, which is k/120 cells squared a step, and with it the shortest waves die down. What does not yield and has a stress that varies over n cells creeps as
 //! if its viscosity was `n^2/(3 D)` = 40 n^2/k in lattice units, where the fluid has less than 1.
 
+use crate::immersed::TAKES;
 use crate::lattice::{C, PAIRS, Q, W};
 use crate::real::{Number, Real, by_axis, larger, smaller};
 use crate::relaxation::Relaxation;
@@ -109,7 +110,7 @@ pub(crate) struct Drive<T> {
     pub(crate) gravity: [T; 3],
     /// Force of its own.
     pub(crate) push: [T; 3],
-    /// What bodies in it take from its momentum for each unit of velocity and step, where there may be any: 4/3 at most, as they are held (module `immersed`).
+    /// What bodies in it ask to take of its momentum for each unit of velocity and step, where there may be any.
     pub(crate) friction: Option<T>,
 }
 
@@ -245,7 +246,10 @@ pub(crate) fn collide<T: Number, R: Relaxation<T>>(
     let omega_odd = two * (two - omega) / (two - omega + T::from_f64(4.0 * MAGIC) * omega);
     let omega_odd = match drive.friction {
         None => omega_odd,
-        Some(friction) => smaller(omega_odd, two - T::from_f64(DAMPING) * friction),
+        Some(asked) => {
+            let friction = smaller(asked, T::from_f64(TAKES));
+            smaller(omega_odd, two - T::from_f64(DAMPING) * friction)
+        }
     };
     let omega_odd = larger(omega_odd, least_odd);
     let keep_odd = T::from_f64(0.5) * (T::ONE - omega_odd);
@@ -437,8 +441,9 @@ mod tests {
     #[test]
     fn where_bodies_rub_what_does_not_yield_stops_ringing() {
         for cells in [2, 3, 4, 6] {
-            let [without, with] = [0.0, 1.0].map(|friction| left_of_a_wave(cells, friction));
+            let [without, with, crowded] = [0.0, 1.0, 100.0].map(|friction| left_of_a_wave(cells, friction));
             assert!(without > 0.5 && with < 0.2, "{cells} cells: {without} and {with}");
+            assert!(crowded < with, "{cells} cells, where much more is asked than taken: {crowded}");
         }
     }
 
