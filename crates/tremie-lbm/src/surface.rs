@@ -13,7 +13,7 @@
 //! - Air that an interface cell on a wall flows into through a wet face becomes interface (`stream`), so that a film thinner than
 //!   a cell, which never fills one, moves on.
 //! - Crumbs, interface cells that touch neither liquid nor a wall nor an interface cell that touches liquid, would fall
-//!   freely; they are taken up by the nearest interface cell.
+//!   freely; they are taken up by the nearest interface cell. A mirror is a wall: films without liquid lie on floors without friction, too.
 
 use crate::collision::{density_and_momentum, equilibrium};
 use crate::grid::{Grid, Kinds};
@@ -303,9 +303,9 @@ impl<T: Real> Grid<T> {
     pub(crate) fn remove_crumbs(&mut self, ledger: &mut Ledger) {
         let touches_liquid = |cell: Cell| self.around(cell).any(|(beside, _)| self.is_liquid(beside));
         let touches_wall = |cell: Cell| {
-            self.around(cell).any(|(beside, _)| {
+            self.around(cell).any(|(beside, flip)| {
                 let (kinds, bit) = self.kind(beside);
-                kinds.solid & bit != 0
+                flip != 0 || kinds.solid & bit != 0
             })
         };
         let crumbs: Vec<Cell> = self

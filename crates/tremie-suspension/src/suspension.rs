@@ -43,7 +43,7 @@ pub enum Freedom {
     Held,
 }
 
-/// How a body moves in a step: in the mean, and what its velocity and angular velocity have more than that at the end.
+/// How a body moves in a step: in the mean, and what its velocity and angular velocity have at the end more than one that goes on freely.
 #[derive(Debug, Clone, Copy)]
 struct Moved {
     mean: [DVec3; 2],
@@ -170,20 +170,22 @@ impl Suspension {
             &mut bodies.velocity,
             &mut bodies.angular_velocity,
         );
+        let gyrations: Vec<DVec3> = bodies.kinds.iter().map(|kind| kind.form.gyration()).collect();
         let (position, orientation, velocity, angular) = motions;
-        (position, orientation, velocity, angular, &moved).into_par_iter().with_min_len(CHUNK).for_each(
-            |(position, orientation, velocity, angular_velocity, moved)| {
+        let each = (position, orientation, velocity, angular, &bodies.kind, &moved);
+        each.into_par_iter().with_min_len(CHUNK).for_each(
+            |(position, orientation, velocity, angular_velocity, kind, moved)| {
                 let mut motion = Motion {
                     position: *position,
                     orientation: *orientation,
                     velocity: *velocity,
                     angular_velocity: *angular_velocity,
                 };
-                motion.move_on(step);
+                motion.move_on(gyrations[usize::from(*kind)], step);
                 *position = periods.inside(origin, motion.position);
                 *orientation = motion.orientation;
-                *velocity += moved.more[0];
-                *angular_velocity += moved.more[1];
+                *velocity = motion.velocity + moved.more[0];
+                *angular_velocity = motion.angular_velocity + moved.more[1];
             },
         );
         if touches {
@@ -195,25 +197,30 @@ impl Suspension {
     /// How a body moves in a step if it meets nothing, and how it answers to impulses.
     fn moved(&self, n: usize, dragged: &Dragged<'_>, step: f64) -> (Moved, Response) {
         let from = self.motion(n);
-        let steady = |mean: [DVec3; 2]| Moved { mean, more: [DVec3::ZERO; 2] };
-        let fixed = |mean: [DVec3; 2]| (steady(mean), Response::FIXED);
+        let freely = |mean: [DVec3; 2]| Moved { mean, more: [DVec3::ZERO; 2] };
+        let ending = |mean: [DVec3; 2], to: [DVec3; 2]| {
+            let mut free = Motion { velocity: mean[0], angular_velocity: mean[1], ..from };
+            free.move_on(dragged.form.gyration(), step);
+            Moved { mean, more: [to[0] - free.velocity, to[1] - free.angular_velocity] }
+        };
         if self.method.freedom == Freedom::Held {
-            return fixed([from.velocity, from.angular_velocity]);
+            let now = [from.velocity, from.angular_velocity];
+            return (ending(now, now), Response::FIXED);
         }
         let (to, response) = dragged.implicit(&from, step);
         if self.method.freedom == Freedom::Unturned {
             // The moment that takes the turning away moves the centre, too.
             let moment = response.angular.inverse() * to.angular_velocity;
-            return fixed([to.velocity - response.cross * moment, DVec3::ZERO]);
+            let mean = [to.velocity - response.cross * moment, DVec3::ZERO];
+            return (freely(mean), Response::FIXED);
         }
         match self.method.scheme {
-            Scheme::Implicit => (steady([to.velocity, to.angular_velocity]), response),
+            Scheme::Implicit => (freely([to.velocity, to.angular_velocity]), response),
             Scheme::Fehlberg => {
                 let to = dragged.fehlberg(&from, step, TOLERANCE);
                 let turn = to.orientation * from.orientation.inverse();
                 let mean = [(to.position - from.position) / step, turn.to_scaled_axis() / step];
-                let more = [to.velocity - mean[0], to.angular_velocity - mean[1]];
-                (Moved { mean, more }, response)
+                (ending(mean, [to.velocity, to.angular_velocity]), response)
             }
         }
     }

@@ -152,6 +152,29 @@ fn a_film_yields_where_it_should_be_it_thinner_than_a_cell_or_thicker() {
 }
 
 #[test]
+fn a_film_without_liquid_slides_over_a_floor_without_friction() {
+    // Stiff, and thinner than a cell: a rigid plate.
+    let (width, speed, time) = (0.05, 0.1, 0.1);
+    let text = "[material]\ndensity = \"2300 kg/m3\"\n\
+         [material.bingham]\nyield_stress = \"200 Pa\"\nplastic_viscosity = \"30 Pa s\"\n\
+         [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"120 mm\", \"20 mm\", \"40 mm\"]\n\
+         [domain.sides]\nx_min = \"open\"\nx_max = \"open\"\ny_min = \"periodic\"\ny_max = \"periodic\"\n\
+         z_min = { surface = \"free_slip\" }\n\
+         [[fluid]]\nbox = { min = [\"30 mm\", \"0 m\", \"0 m\"], max = [\"80 mm\", \"20 mm\", \"3 mm\"] }\n\
+         velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"]\n\
+         [lbm]\ncell_size = \"5 mm\"\nprecision = \"f64\"\ntime_step = \"0.2 ms\"\n";
+    let film = cells(&*advanced(&case(text), (time / 0.2e-3) as usize));
+    let volume: f64 = film.fill.iter().sum();
+    let share = volume * film.size.powi(3) / (width * 0.02 * 0.003);
+    assert!((share - 1.0).abs() < 1e-3, "{share} of it is there");
+    let at = |n: usize| film.origin.x + (n % film.count[0]) as f64 * film.size + 0.5 * film.size;
+    let middle = film.fill.iter().enumerate().map(|(n, fill)| fill * at(n)).sum::<f64>() / volume;
+    // The film's ends are known to half a cell.
+    let went = middle - 0.055;
+    assert!((went - speed * time).abs() < 0.5 * film.size, "{went} m");
+}
+
+#[test]
 fn a_front_leaves_no_void_behind() {
     // A block that collapses over a floor without slip: the front rolls over the floor, and must fill it.
     let text = "[material]\ndensity = \"2300 kg/m3\"\n\
