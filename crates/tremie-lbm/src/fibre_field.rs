@@ -12,21 +12,25 @@
 //! be kept, and so what the fluid carries in `carried` by the mass that passes each link in each step is carried here with many steps at once, a small part of the work:
 //! as many as the fluid takes to go a cell, and no more than [`STEPS`].
 //!
+//! Fibres stay in the fluid with both ends: near walls and the surface, and in layers thinner than they are long, they are laid flat (`tremie_suspension::confined`). How far
+//! it is to either is measured from each cell along the three axes.
+//!
 //! A cell that has just become wet gets what was where its fluid came from as all others. Beside an inlet each step mixes in what comes there.
 
 use rayon::prelude::*;
-use tremie_case::Case;
+use tremie_case::{Case, Side};
 use tremie_numerics::{DMat3, DVec3};
 use tremie_suspension::orientation::{components, tensor_of};
-use tremie_suspension::{FolgarTucker, admissible};
+use tremie_suspension::{FolgarTucker, admissible, confined};
 
 use crate::delta::beyond;
 use crate::fluid::Fluid;
 use crate::grid::Grid;
+use crate::plan::settings;
 use crate::real::Real;
 use crate::rows::Rows;
 use crate::surface::Cell;
-use crate::topology::{CELLS, EDGE};
+use crate::topology::{Boundary, CELLS, EDGE};
 
 /// Steps between two looks at most. Odd, because what is left of an impulse in a rigid cell alternates between steps.
 const STEPS: u64 = 27;
@@ -59,6 +63,10 @@ impl Default for Block {
 #[derive(Debug, Clone)]
 pub(crate) struct FibreField {
     law: FolgarTucker,
+    /// Half of a fibre's length in cells.
+    half: f64,
+    /// Which sides of the domain are walls.
+    walls: [bool; 6],
     /// At the start and where fluid comes in.
     start: Tensor,
     /// By slot.
@@ -66,6 +74,14 @@ pub(crate) struct FibreField {
     /// Simulated time in s of the last look, and the number of the step before which the next is due.
     looked: f64,
     due: u64,
+}
+
+/// What lies beside a cell: fluid that fills so much of a cell, or none.
+enum Beside {
+    Fluid(f64),
+    Air,
+    Wall,
+    Open,
 }
 
 fn known(tensor: &Tensor) -> bool {
@@ -271,7 +287,9 @@ impl FibreField {
     pub(crate) fn new(case: &Case) -> Option<Self> {
         let field = case.fibre_field?;
         let start = components(&field.direction.tensor());
-        Some(Self { law: field.law, start, blocks: Vec::new(), looked: 0.0, due: 0 })
+        let half = field.form.reach() / settings(case).cell_size;
+        let walls = case.domain.sides.each_ref().map(|side| matches!(side, Side::Wall { .. }));
+        Some(Self { law: field.law, half, walls, start, blocks: Vec::new(), looked: 0.0, due: 0 })
     }
 
     /// Gives the fluid of the first state its tensors.
@@ -332,7 +350,7 @@ impl FibreField {
             })
             .collect();
         let steps = (time - self.looked) / time_step;
-        let (law, start, blocks) = (self.law, self.start, &self.blocks);
+        let (law, start, blocks, this) = (self.law, self.start, &self.blocks, &*self);
         let of_slot = |window: &mut Window, slot: usize| -> Block {
             let mut new = Block { place: blocks[slot].place, tensors: vec![[0.0; 6]; CELLS] };
             window.look(grid, slot, &velocity, blocks);
@@ -342,7 +360,8 @@ impl FibreField {
                 let way = -steps * window.velocity(at, -0.5 * steps * u);
                 let found = window.tensor(at, way).or_else(|| window.mean(at)).unwrap_or(start);
                 let carried = admissible(&tensor_of(found));
-                *tensor = components(&law.after(&carried, &window.gradient(at), steps));
+                let turned = law.after(&carried, &window.gradient(at), steps);
+                *tensor = components(&confined(&turned, this.room(grid, (slot, cell))));
             }
             new
         };
@@ -356,6 +375,58 @@ impl FibreField {
         let fastest = speeds.fold(0.0, f64::max);
         self.looked = time;
         self.due = step + ((WAY / fastest) as u64).clamp(1, STEPS);
+    }
+
+    /// How far it is along each axis from the middle of what a cell holds to the nearest wall or surface, over half of a fibre's length; 1 where it is further.
+    fn room<T: Real>(&self, grid: &Grid<T>, (slot, cell): Cell) -> DVec3 {
+        let at = grid.links[slot].coordinates(cell);
+        let held = |(slot, cell): Cell| grid.fills[slot][(0, cell)].to_f64().clamp(0.0, 1.0);
+        let look = |axis: usize, step: i64| {
+            let next = at[axis] as i64 + step;
+            let outside = !(0..grid.topology.cells[axis] as i64).contains(&next);
+            let side = usize::from(step > 0);
+            let Some((n, _)) = beyond(&grid.topology, axis, next) else {
+                return if grid.topology.sides[axis][side] == Boundary::Open {
+                    Beside::Open
+                } else {
+                    Beside::Wall
+                };
+            };
+            if outside && self.walls[2 * axis + side] {
+                return Beside::Wall;
+            }
+            let mut there = at;
+            there[axis] = n;
+            let cell = (grid.slot_at(there) as usize, grid.topology.cell_at(there));
+            if grid.is_liquid(cell) || grid.is_interface(cell) {
+                Beside::Fluid(held(cell))
+            } else if grid.is_solid(cell) {
+                Beside::Wall
+            } else {
+                Beside::Air
+            }
+        };
+        // A cell before air is filled along the axis as far as it is filled at all.
+        let room = |axis: usize| {
+            let films = [-1, 1].iter().any(|step| matches!(look(axis, *step), Beside::Air));
+            let own = if films { 0.5 * held((slot, cell)) } else { 0.5 };
+            let ways = [-1, 1].map(|side| {
+                let (mut way, mut step) = (own, side);
+                while way < self.half {
+                    match look(axis, step) {
+                        Beside::Open => way = self.half,
+                        Beside::Air | Beside::Wall => break,
+                        Beside::Fluid(fill) => {
+                            step += side;
+                            way += if matches!(look(axis, step), Beside::Air) { fill } else { 1.0 };
+                        }
+                    }
+                }
+                way
+            });
+            (ways[0].min(ways[1]) / self.half).min(1.0)
+        };
+        DVec3::from([0, 1, 2].map(room))
     }
 
     /// The tensor in a cell.

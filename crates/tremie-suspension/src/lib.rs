@@ -5,6 +5,7 @@
 //! Everything is in SI units.
 
 mod carrier;
+mod confined;
 mod contact;
 mod distance;
 mod distribution;
@@ -26,6 +27,7 @@ mod suspension;
 mod walls;
 
 pub use carrier::{Carrier, Push, Seen};
+pub use confined::confined;
 pub use contact::{ContactLaw, Contacts, Film};
 pub use distribution::Distribution;
 pub use entrance::{Entrant, Opening, passes};

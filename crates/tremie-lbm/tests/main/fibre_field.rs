@@ -107,3 +107,27 @@ fn the_fluid_does_not_feel_it() {
     let [one, other] = [with, without].map(|text| cells(&*advanced(&case(&text), 300)));
     assert!(one.velocity == other.velocity && one.fill == other.fill);
 }
+
+/// In a layer of 15 mm fibres of 30 mm lie as flat as their ends ask for, and beside a wall along it; a mirror is none.
+#[test]
+fn fibres_stay_in_the_fluid() {
+    let text = "[material]\ndensity = \"2300 kg/m3\"\nbingham = { yield_stress = \"200 Pa\", plastic_viscosity = \"20 Pa s\" }\n\
+         [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"60 mm\", \"60 mm\", \"60 mm\"]\n\
+         [domain.sides]\nx_min = \"symmetry\"\ny_min = \"periodic\"\ny_max = \"periodic\"\nx_max = { surface = \"free_slip\" }\n\
+         [[fluid]]\nbox = { min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"60 mm\", \"60 mm\", \"15 mm\"] }\n\
+         [fibre_field]\nfibre = { length = \"30 mm\", diameter = \"0.5 mm\" }\nvolume_fraction = 0.005\n\
+         [lbm]\ncell_size = \"10 mm\"\nprecision = \"f64\"\ntime_step = \"0.2 ms\"\n";
+    let found = tensors(&*advanced(&case(text), 30));
+    let at = |x: f64, z: f64| {
+        let place = DVec3::new(x, 0.025, z);
+        found.iter().find(|(at, _)| at.distance(place) < 1e-6).unwrap().1
+    };
+    // From the middle of the lowest cell it is a third of half a fibre to the floor, from that of the half full cell above it a sixth to the surface.
+    for x in [0.005, 0.025] {
+        let ([xx, yy, zz, ..], [_, _, above, ..]) = (at(x, 0.005), at(x, 0.015));
+        assert!((zz - 1.0 / 9.0).abs() < 1e-6 && (above - 1.0 / 36.0).abs() < 1e-4, "{zz} {above}");
+        assert!((xx - yy).abs() < 1e-6, "{xx} {yy}");
+    }
+    let [xx, yy, zz, ..] = at(0.055, 0.005);
+    assert!((xx - 1.0 / 9.0).abs() < 1e-6 && (zz - 1.0 / 9.0).abs() < 1e-6 && (yy - 7.0 / 9.0).abs() < 1e-6);
+}

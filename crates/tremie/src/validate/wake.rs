@@ -1,7 +1,8 @@
 //! Wakes: how few fibres the flow leaves behind bars (Svec 2013, sections 8.2 and 8.5).
 //!
-//! The fluid says which way is behind: the mean of its velocity around a bar, across it, over all that came past so far. Fibres and fluid are gathered in
-//! strips along that way, from half a fibre's length behind the axis of the bar, where it stands in no fibre's way, to two lengths. This is done again and
+//! The fluid says which way is behind: the mean of its velocity around a bar, across it, over all that came past so far. What has passed close by the bar need not go on that way:
+//! where gaps are of different widths, the flow behind a bar goes aside. Fibres and fluid are thus gathered in strips along the middle of the two
+//! streamlines that pass the bar a cell off its surface on either side, from half a fibre's length behind the axis of the bar, where it stands in no fibre's way, to two lengths. This is done again and
 //! again while they flow past, each time with the speed of the fluid for its weight: so all fibres that pass count alike, and what stands still not at all.
 //!
 //! A fibre cannot come nearer to a bar than they both are thick; fluid does, and sticks to the bar. What flows on from there, without fibres, closes behind
@@ -46,6 +47,8 @@ struct Bar {
     diameter: f64,
     /// Sum over time of the momentum around it.
     way: DVec3,
+    /// How far in m the middle of what passed close by lies across that way at the last look, piece by piece of its strips.
+    path: Vec<f64>,
     /// What came past, in each strip.
     strips: Vec<Gathered>,
 }
@@ -53,7 +56,7 @@ struct Bar {
 impl Bar {
     fn new(start: DVec3, end: DVec3, diameter: f64) -> Self {
         let strips = vec![Gathered::default(); (2.0 * REACH / WIDTH) as usize];
-        Self { start, end, diameter, way: DVec3::ZERO, strips }
+        Self { start, end, diameter, way: DVec3::ZERO, path: Vec::new(), strips }
     }
 
     fn axis(&self) -> DVec3 {
@@ -83,11 +86,44 @@ impl Bar {
             return;
         }
         let speed = momentum.length() / fluid;
+        self.path = self.path(cells, fibre);
         for n in 0..self.strips.len() {
             let low = n as f64 * WIDTH - REACH;
             let found = strip(self, [low, low + WIDTH], cells, bodies, fibre);
             self.strips[n].add(&found, speed);
         }
+    }
+
+    /// Goes along the streamlines of the flow, in the mean over the bar's length.
+    fn path(&self, cells: &Cells, fibre: f64) -> Vec<f64> {
+        let frame = self.frame();
+        let layers = (self.start.distance(self.end) / cells.size).ceil();
+        let flow = |along: f64, across: f64| -> DVec3 {
+            let layer = |n: usize| {
+                let up = self.start.distance(self.end) * (n as f64 + 0.5) / layers;
+                let at = self.start + frame * DVec3::new(along, across, up);
+                cell_at(cells, at).map_or(DVec3::ZERO, |cell| cells.fill[cell] * cells.velocity[cell])
+            };
+            frame.transpose() * (0..layers as usize).map(layer).sum::<DVec3>()
+        };
+        let length = (BEHIND[1] - BEHIND[0]) * fibre;
+        let pieces = (length / cells.size).ceil();
+        let step = 0.5 * cells.size;
+        let passing = |side: f64| -> Vec<f64> {
+            let (mut along, mut across) = (0.0, side * (0.5 * self.diameter + cells.size));
+            let piece = |n: usize| {
+                while along < BEHIND[0] * fibre + (n as f64 + 0.5) * length / pieces {
+                    let flow = flow(along, across);
+                    if flow.x > 0.0 {
+                        across += step * flow.y / flow.x;
+                    }
+                    along += step;
+                }
+                across
+            };
+            (0..pieces as usize).map(piece).collect()
+        };
+        passing(-1.0).into_iter().zip(passing(1.0)).map(|(one, other)| 0.5 * (one + other)).collect()
     }
 
     /// All in its strips whose middles are between these distances.
@@ -159,27 +195,32 @@ impl Gathered {
 /// What lies in a strip of a bar, `across` in diameters.
 fn strip(bar: &Bar, across: [f64; 2], cells: &Cells, bodies: &Inclusions, fibre: f64) -> Gathered {
     let turned = bar.frame().transpose();
-    let block = Block {
-        low: DVec3::new(BEHIND[0] * fibre, across[0] * bar.diameter, 0.0),
-        high: DVec3::new(BEHIND[1] * fibre, across[1] * bar.diameter, bar.start.distance(bar.end)),
-    };
+    let length = (BEHIND[1] - BEHIND[0]) * fibre / bar.path.len() as f64;
     let mut found = Gathered::default();
-    for (id, [start, end]) in (0..bodies.len()).filter_map(|n| Some((bodies.id[n], bodies.ends(n)?))) {
-        let (start, way) = (turned * (start - bar.start), turned * (end - start));
-        if let Some((from, to)) = block.part(start, way) {
-            found.pieces.insert(id, (to - from) * way.length());
+    for (n, aside) in bar.path.iter().enumerate() {
+        let along = BEHIND[0] * fibre + n as f64 * length;
+        let [near, far] = across.map(|across| across * bar.diameter + aside);
+        let block = Block {
+            low: DVec3::new(along, near, 0.0),
+            high: DVec3::new(along + length, far, bar.start.distance(bar.end)),
+        };
+        for (id, [start, end]) in (0..bodies.len()).filter_map(|n| Some((bodies.id[n], bodies.ends(n)?))) {
+            let (start, way) = (turned * (start - bar.start), turned * (end - start));
+            if let Some((from, to)) = block.part(start, way) {
+                *found.pieces.entry(id).or_default() += (to - from) * way.length();
+            }
         }
-    }
-    // The fluid by points, three to a cell's edge at least.
-    let size = block.high - block.low;
-    let number = (3.0 * size / cells.size).ceil();
-    let step = size / number;
-    let [nx, ny, nz] = number.to_array().map(|n| n as usize);
-    for n in 0..nx * ny * nz {
-        let at = DVec3::new((n % nx) as f64, (n / nx % ny) as f64, (n / (nx * ny)) as f64) + 0.5;
-        let place = bar.start + bar.frame() * (block.low + at * step);
-        if let Some(cell) = cell_at(cells, place) {
-            found.fluid += cells.fill[cell] * step.element_product();
+        // The fluid by points, three to a cell's edge at least.
+        let size = block.high - block.low;
+        let number = (3.0 * size / cells.size).ceil();
+        let step = size / number;
+        let [nx, ny, nz] = number.to_array().map(|n| n as usize);
+        for n in 0..nx * ny * nz {
+            let at = DVec3::new((n % nx) as f64, (n / nx % ny) as f64, (n / (nx * ny)) as f64) + 0.5;
+            let place = bar.start + bar.frame() * (block.low + at * step);
+            if let Some(cell) = cell_at(cells, place) {
+                found.fluid += cells.fill[cell] * step.element_product();
+            }
         }
     }
     found
@@ -191,8 +232,8 @@ struct Wakes {
     ratios: Vec<[f64; 2]>,
     /// Density up to the outer strips over that in all of the fluid.
     around: f64,
-    /// Ways of the flow.
-    ways: Vec<DVec3>,
+    /// Ways of the flow, and how far in m the wakes lie across them in the end, where strips end.
+    ways: Vec<(DVec3, f64)>,
     /// Density over the mean of all fluid, across the way in diameters.
     profile: Vec<[f64; 2]>,
 }
@@ -234,7 +275,8 @@ fn cast(case: &Case) -> anyhow::Result<Wakes> {
             [(n as f64 + 0.5) * WIDTH - REACH, sum.density() / whole]
         })
         .collect();
-    let ways = bars.iter().map(|bar| bar.frame().x_axis).collect();
+    let ways =
+        bars.iter().map(|bar| (bar.frame().x_axis, bar.path.last().copied().unwrap_or_default())).collect();
     Ok(Wakes { ratios, around: all([0.0, BESIDE[1]]).density() / whole, ways, profile })
 }
 
@@ -243,7 +285,7 @@ pub(super) fn wake(context: &Context) -> anyhow::Result<Vec<Check>> {
     let wakes = cast(&context.case("case.toml")?)?;
     let mut checks = Vec::new();
     for (n, [ratio, error]) in wakes.ratios.iter().enumerate() {
-        let Some(way) = wakes.ways.get(n) else {
+        let Some((way, aside)) = wakes.ways.get(n) else {
             let below = (1.0 - ratio) / error;
             checks.push(context.at_least(
                 "wake",
@@ -258,6 +300,7 @@ pub(super) fn wake(context: &Context) -> anyhow::Result<Vec<Check>> {
         checks.push(shown(format!("behind over beside, bar {}", n + 1), *ratio));
         checks.push(shown(format!("its standard error, bar {}", n + 1), *error));
         checks.push(shown(format!("way of the flow upwards from x, bar {}, degrees", n + 1), degrees));
+        checks.push(shown(format!("two lengths behind it goes aside by, bar {}, mm", n + 1), 1e3 * aside));
     }
     checks.push(shown("strips over all fluid", wakes.around));
     context.show(&Figure {
@@ -323,6 +366,24 @@ mod tests {
         once.look(&cells, &bodies, FIBRE);
         let [same, like] = once.gathered(SHADOW).over(&once.gathered(BESIDE));
         assert!((same - ratio).abs() < 1e-12 && (like - error).abs() < 1e-12, "{same} +- {like}");
+    }
+
+    #[test]
+    fn wakes_follow_the_flow() {
+        // Rigid rotation about a point far aside: streamlines are circles about it.
+        let (mut bar, mut cells) = bar();
+        let middle = DVec3::new(0.1, 0.5, 0.0);
+        let [nx, ny, _] = cells.count;
+        for n in 0..cells.fill.len() {
+            let at = cells.centre(n % nx, n / nx % ny, n / (nx * ny)) - middle;
+            cells.velocity[n] = DVec3::new(-at.y, at.x, 0.0);
+        }
+        bar.look(&cells, &Inclusions::default(), FIBRE);
+        assert!(bar.frame().x_axis.distance(DVec3::X) < 1e-12, "{}", bar.frame());
+        let along = BEHIND[1] * FIBRE - 0.5 * cells.size;
+        let exact = 0.4 - (0.4_f64.powi(2) - along * along).sqrt();
+        let aside = bar.path.last().unwrap();
+        assert!((aside / exact - 1.0).abs() < 0.1, "{aside} {exact}");
     }
 
     #[test]
