@@ -377,54 +377,77 @@ impl FibreField {
         self.due = step + ((WAY / fastest) as u64).clamp(1, STEPS);
     }
 
-    /// How far it is along each axis from the middle of what a cell holds to the nearest wall or surface, over half of a fibre's length; 1 where it is further.
+    /// What lies `step` cells along an axis from a cell in the domain, and where that is.
+    fn beside<T: Real>(
+        &self,
+        grid: &Grid<T>,
+        at: [usize; 3],
+        axis: usize,
+        step: i64,
+    ) -> (Beside, [usize; 3]) {
+        let next = at[axis] as i64 + step;
+        let outside = !(0..grid.topology.cells[axis] as i64).contains(&next);
+        let side = usize::from(step > 0);
+        let mut there = at;
+        match beyond(&grid.topology, axis, next) {
+            None if grid.topology.sides[axis][side] == Boundary::Open => return (Beside::Open, at),
+            Some((n, _)) if !(outside && self.walls[2 * axis + side]) => there[axis] = n,
+            _ => return (Beside::Wall, at),
+        }
+        let cell = (grid.slot_at(there) as usize, grid.topology.cell_at(there));
+        let found = if grid.is_liquid(cell) || grid.is_interface(cell) {
+            Beside::Fluid(grid.fills[cell.0][(0, cell.1)].to_f64().clamp(0.0, 1.0))
+        } else if grid.is_solid(cell) {
+            Beside::Wall
+        } else {
+            Beside::Air
+        };
+        (found, there)
+    }
+
+    /// Whether the surface in a cell is steepest along an axis: an end of the fluid there, and not the edge of one step of a surface that rises slowly.
+    fn ends<T: Real>(&self, grid: &Grid<T>, at: [usize; 3], axis: usize) -> bool {
+        let own = grid.fills[grid.slot_at(at) as usize][(0, grid.topology.cell_at(at))].to_f64();
+        let rise = [0, 1, 2].map(|a| {
+            // Beyond a wall the surface goes on as it is here.
+            let [low, high] = [-1, 1].map(|step| match self.beside(grid, at, a, step).0 {
+                Beside::Fluid(fill) => fill,
+                Beside::Air | Beside::Open => 0.0,
+                Beside::Wall => own,
+            });
+            (high - low).abs()
+        });
+        rise[axis] >= rise[0].max(rise[1]).max(rise[2]) - NEAR
+    }
+
+    /// How far it is along each axis from the places of a cell (root of the mean square) to the nearest wall or surface, over half of a fibre's length; 1 where it is further.
+    ///
+    /// A cell before air is filled along the axis as far as it is filled at all. What a cell itself holds counts as a whole one: films that cells do not resolve come and go
+    /// with each cell that a surface rises by, and fibres would be laid flat in them for good.
     fn room<T: Real>(&self, grid: &Grid<T>, (slot, cell): Cell) -> DVec3 {
         let at = grid.links[slot].coordinates(cell);
-        let held = |(slot, cell): Cell| grid.fills[slot][(0, cell)].to_f64().clamp(0.0, 1.0);
-        let look = |axis: usize, step: i64| {
-            let next = at[axis] as i64 + step;
-            let outside = !(0..grid.topology.cells[axis] as i64).contains(&next);
-            let side = usize::from(step > 0);
-            let Some((n, _)) = beyond(&grid.topology, axis, next) else {
-                return if grid.topology.sides[axis][side] == Boundary::Open {
-                    Beside::Open
-                } else {
-                    Beside::Wall
-                };
-            };
-            if outside && self.walls[2 * axis + side] {
-                return Beside::Wall;
-            }
-            let mut there = at;
-            there[axis] = n;
-            let cell = (grid.slot_at(there) as usize, grid.topology.cell_at(there));
-            if grid.is_liquid(cell) || grid.is_interface(cell) {
-                Beside::Fluid(held(cell))
-            } else if grid.is_solid(cell) {
-                Beside::Wall
-            } else {
-                Beside::Air
-            }
-        };
-        // A cell before air is filled along the axis as far as it is filled at all.
         let room = |axis: usize| {
-            let films = [-1, 1].iter().any(|step| matches!(look(axis, *step), Beside::Air));
-            let own = if films { 0.5 * held((slot, cell)) } else { 0.5 };
             let ways = [-1, 1].map(|side| {
-                let (mut way, mut step) = (own, side);
+                let (mut way, mut last) = (0.5, at);
+                let mut step = side;
                 while way < self.half {
-                    match look(axis, step) {
-                        Beside::Open => way = self.half,
-                        Beside::Air | Beside::Wall => break,
+                    let (found, there) = self.beside(grid, at, axis, step);
+                    step += side;
+                    match found {
                         Beside::Fluid(fill) => {
-                            step += side;
-                            way += if matches!(look(axis, step), Beside::Air) { fill } else { 1.0 };
+                            let air = matches!(self.beside(grid, at, axis, step).0, Beside::Air);
+                            way += if air { fill } else { 1.0 };
+                            last = there;
                         }
+                        Beside::Wall => break,
+                        Beside::Air if self.ends(grid, last, axis) => break,
+                        Beside::Air | Beside::Open => way = self.half,
                     }
                 }
                 way
             });
-            (ways[0].min(ways[1]) / self.half).min(1.0)
+            let way = ways[0].min(ways[1]);
+            ((way * way + 1.0 / 12.0).sqrt() / self.half).min(1.0)
         };
         DVec3::from([0, 1, 2].map(room))
     }
