@@ -30,7 +30,7 @@ use crate::plan::settings;
 use crate::real::Real;
 use crate::rows::Rows;
 use crate::surface::Cell;
-use crate::topology::{Boundary, CELLS, EDGE};
+use crate::topology::{CELLS, EDGE};
 
 /// Steps between two looks at most. Odd, because what is left of an impulse in a rigid cell alternates between steps.
 const STEPS: u64 = 27;
@@ -76,7 +76,7 @@ pub(crate) struct FibreField {
     due: u64,
 }
 
-/// What lies beside a cell: fluid that fills so much of a cell, or none.
+/// What lies beside a cell: fluid that fills so much of a cell, or none; or nothing that ends it.
 enum Beside {
     Fluid(f64),
     Air,
@@ -387,13 +387,13 @@ impl FibreField {
     ) -> (Beside, [usize; 3]) {
         let next = at[axis] as i64 + step;
         let outside = !(0..grid.topology.cells[axis] as i64).contains(&next);
-        let side = usize::from(step > 0);
-        let mut there = at;
-        match beyond(&grid.topology, axis, next) {
-            None if grid.topology.sides[axis][side] == Boundary::Open => return (Beside::Open, at),
-            Some((n, _)) if !(outside && self.walls[2 * axis + side]) => there[axis] = n,
-            _ => return (Beside::Wall, at),
+        if outside && self.walls[2 * axis + usize::from(step > 0)] {
+            return (Beside::Wall, at);
         }
+        // Beyond what a mirror shows of a narrow domain there is more of the same.
+        let Some((n, _)) = beyond(&grid.topology, axis, next) else { return (Beside::Open, at) };
+        let mut there = at;
+        there[axis] = n;
         let cell = (grid.slot_at(there) as usize, grid.topology.cell_at(there));
         let found = if grid.is_liquid(cell) || grid.is_interface(cell) {
             Beside::Fluid(grid.fills[cell.0][(0, cell.1)].to_f64().clamp(0.0, 1.0))

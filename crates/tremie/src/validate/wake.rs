@@ -196,6 +196,11 @@ impl Gathered {
 fn strip(bar: &Bar, across: [f64; 2], cells: &Cells, bodies: &Inclusions, fibre: f64) -> Gathered {
     let turned = bar.frame().transpose();
     let length = (BEHIND[1] - BEHIND[0]) * fibre / bar.path.len() as f64;
+    let line = |n: usize| {
+        let [start, end] = bodies.ends(n)?;
+        Some((bodies.id[n], turned * (start - bar.start), turned * (end - start)))
+    };
+    let lines: Vec<_> = (0..bodies.len()).filter_map(line).collect();
     let mut found = Gathered::default();
     for (n, aside) in bar.path.iter().enumerate() {
         let along = BEHIND[0] * fibre + n as f64 * length;
@@ -204,10 +209,9 @@ fn strip(bar: &Bar, across: [f64; 2], cells: &Cells, bodies: &Inclusions, fibre:
             low: DVec3::new(along, near, 0.0),
             high: DVec3::new(along + length, far, bar.start.distance(bar.end)),
         };
-        for (id, [start, end]) in (0..bodies.len()).filter_map(|n| Some((bodies.id[n], bodies.ends(n)?))) {
-            let (start, way) = (turned * (start - bar.start), turned * (end - start));
-            if let Some((from, to)) = block.part(start, way) {
-                *found.pieces.entry(id).or_default() += (to - from) * way.length();
+        for (id, start, way) in &lines {
+            if let Some((from, to)) = block.part(*start, *way) {
+                *found.pieces.entry(*id).or_default() += (to - from) * way.length();
             }
         }
         // The fluid by points, three to a cell's edge at least.
