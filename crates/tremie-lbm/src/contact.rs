@@ -21,9 +21,8 @@
 //! On a flat wall along the lattice the populations are mirrored instead: they come with the normal velocity turned from the cell beside that they left towards
 //! the wall, so that the pressure along the wall drives the cells at it as all others. Elsewhere
 //! the wall is a staircase, and mirroring would catch the flow at every step: here mass goes into the steps that face the flow and comes
-//! back out of the others, and what a wall seen from afar has smooth, stays smooth. An interface cell may leave a sliding wall freely: it is not drawn after one
-//! that recedes. Nor is liquid, if there is air that can come in between: where such a wall would have to pull, v.n is not
-//! the solid's but that for which p is zero. What the liquid keeps back thereby is owed by its store, until the wall uncovers a cell: then
+//! back out of the others, and what a wall seen from afar has smooth, stays smooth. A sliding wall does not pull on an interface cell, nor, if it recedes and
+//! there is air that can come in between, on liquid: where it would have to, v.n is not the solid's but that for which p is zero. What the liquid keeps back thereby is owed by its store, until the wall uncovers a cell: then
 //! a gap is left there (`sweep`). (A mould that pulled would tear a slump cone apart: lifted at 1 m/s, by 15 kPa.)
 //!
 //! The mass that goes into steps and what comes out of them agree over a stretch of the wall, but not in every cell. So each
@@ -123,7 +122,10 @@ impl<T: Real> Source<'_, T> {
                     let open = DVec3::from(
                         [0, 1, 2].map(|a| f64::from(u8::from(!contact.along_lattice() || !shut(a)))),
                     );
-                    wall = sliding(contact, velocity, density, interface, self.solids.air, open, entering);
+                    // Air comes in between from the surface, and behind a wall that recedes.
+                    let recedes = contact.velocity.dot(contact.normal) < 0.0;
+                    let parts = interface || (recedes && self.solids.air);
+                    wall = sliding(contact, velocity, density, parts, open, entering);
                     if let Some(friction) = friction {
                         let fluid = Sheared { leaving: &leaving, density, velocity };
                         wall =
@@ -214,22 +216,20 @@ fn solid_links(row: &SurfaceRow, k: usize) -> usize {
     (1..Q).filter(|i| row.solid[*i] >> k & 1 == 1).count()
 }
 
-/// Velocity of a wall without friction beside fluid of the velocity `u`, which lets go of the fluid if there is air, and slides along the axes for
-/// which `open` is 1; `links` are velocities out of the wall with the populations that enter it.
+/// Velocity of a wall without friction beside fluid of the velocity `u`, which it slides along the axes for which `open` is 1 and, where it `parts`, does not pull;
+/// `links` are velocities out of the wall with the populations that enter it.
 fn sliding(
     contact: &Contact,
     u: DVec3,
     density: f64,
-    interface: bool,
-    air: bool,
+    parts: bool,
     open: DVec3,
     links: impl Iterator<Item = (usize, f64)>,
 ) -> DVec3 {
     let n = contact.normal;
     let across = |v: DVec3| (v - n * v.dot(n)) * open;
-    let leaves = interface && (u - contact.velocity).dot(n) > 0.0;
     let shut = contact.velocity * (DVec3::ONE - open - n.abs()).max(DVec3::ZERO);
-    let mut wall = if leaves { u } else { across(u) + n * contact.velocity.dot(n) + shut };
+    let mut wall = across(u) + n * contact.velocity.dot(n) + shut;
     let (mut traction, mut area) = (DVec3::ZERO, DVec3::ZERO);
     // What the traction grows by with the wall's velocity, and the part of it across the normal.
     let (mut response, mut aside) = (DMat3::ZERO, DMat3::from_diagonal(DVec3::splat(BLIND)));
@@ -245,7 +245,7 @@ fn sliding(
     }
     let facing = area.dot(n);
     let pull = -traction.dot(n);
-    if air && contact.velocity.dot(n) < 0.0 && pull > 0.0 && facing > LEAST_FACING {
+    if parts && pull > 0.0 && facing > LEAST_FACING {
         let free = n * (pull / n.dot(response * n));
         wall += free;
         traction += response * free;

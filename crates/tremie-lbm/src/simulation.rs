@@ -408,16 +408,15 @@ impl<T: Real> FreeSurface<T> {
         let common = self.grid.common(self.fluid.gravity());
         let soon = self.time + INTERVAL as f64 * self.scaling.time_step;
         let mut speed = common.speed.max(self.scaling.velocity(self.solid_speed()));
-        let mut hydrostatic_error = self.scaling.hydrostatic_error(gravity, height);
         if let Some(first) = speed_of_first_fall(&self.case, self.time, soon) {
             speed = speed.max(common.energetic_speed).max(self.scaling.velocity(first));
-            hydrostatic_error = hydrostatic_error.min(common.excess);
         }
         let look = Look {
             time: self.time,
             speed,
-            hydrostatic_error: hydrostatic_error
-                + self.scaling.capillary_error(self.case.material.surface_tension)
+            excess: common.excess,
+            standing: self.scaling.hydrostatic_error(gravity, height),
+            pressed: self.scaling.capillary_error(self.case.material.surface_tension)
                 + 3.0 * self.plate.map_or(0.0, |plate| plate.pressure),
             viscosity: self.scaling.viscosity(self.case.material.curve.plastic_viscosity()),
             fall: (2.0 * height / falling).sqrt(),
@@ -589,7 +588,7 @@ impl<T: Real> Simulation for FreeSurface<T> {
         self.grid.solids.place(self.time, &self.scaling);
         self.grid.sweep(self.time, &mut self.ledger);
         if self.steps.is_multiple_of(CRUMBS) {
-            self.grid.remove_crumbs(&mut self.ledger);
+            self.grid.remove_crumbs(self.fluid.gravity(), &mut self.ledger);
             self.settle();
         }
         if self.steps.is_multiple_of(DRY) {
@@ -652,7 +651,7 @@ impl<T: Real> Simulation for FreeSurface<T> {
             "time": self.time,
             "structured": self.structured,
             "time_step": self.scaling.time_step,
-            "speeds": self.watch.seen,
+            "seen": self.watch.seen,
             "mass": self.mass,
             "waiting": self.ledger.waiting,
             "stranded": self.ledger.stranded,
@@ -729,7 +728,7 @@ impl<T: Real> Simulation for FreeSurface<T> {
         }
         let rises = serde_json::from_value(state.header["rises"].clone()).map_err(|_| missing("rises"))?;
         grid.restore_rises(rises).ok_or_else(|| missing("rises"))?;
-        let seen = serde_json::from_value(state.header["speeds"].clone()).map_err(|_| missing("speeds"))?;
+        let seen = serde_json::from_value(state.header["seen"].clone()).map_err(|_| missing("seen"))?;
         let (time, time_step) = (number("time")?, number("time_step")?);
         let pairs = |name: &str| -> Result<Vec<[f64; 2]>, RestoreError> {
             serde_json::from_value(state.header[name].clone()).map_err(|_| missing(name))

@@ -5,7 +5,7 @@
 //! sheared along the surface, where the fluid slides at v and the cell goes at u, the wall of that link moves with
 //!
 //! ```text
-//!     v_c = v (1 - r) + u r        r = d/d_f, at least -v/(u - v)
+//!     v_c = v (1 - r) + u r        r = d/d_f, at least -v/(u - v), at most 1
 //! ```
 //!
 //! and under the wall stress tau_w the links of the cell bear along the surface
@@ -16,8 +16,8 @@
 //!
 //! which is linear in v: with the law v(tau_w) of the surface (module `friction`) it gives v. f_at_rest is what the density, the momentum that the
 //! flow carries along, and the stresses in which rigid fluid stands have in the links. A linear flow over a plane of any slope is so
-//! kept as it is: the staircase is not seen. The limit of r keeps a wall from going backwards, which would be unstable; where the fluid
-//! sticks, it leaves the links that end behind the surface half-way.
+//! kept as it is: the staircase is not seen. The limits of r keep a wall from going backwards, and ahead of the fluid, which would be unstable; where the fluid
+//! sticks, the lower leaves the links that end behind the surface half-way. (Beside a plane no link ends farther off it than the cell; on curved surfaces, and at the ends of solids, one may.)
 
 use tremie_numerics::{DMat3, DVec3};
 
@@ -31,8 +31,8 @@ use crate::wall::{FOUND, root};
 
 /// Turns in which the limit of r is found.
 const TURNS: usize = 3;
-/// What keeps the velocity from directions in which no link points.
-const BLIND: f64 = 1e-6;
+/// What keeps the velocity near the fluid's in directions in which hardly a link points.
+const BLIND: f64 = 0.01;
 /// Least area that tells the stress, in a face of a cell.
 const LEAST_AREA: f64 = 1e-3;
 
@@ -94,11 +94,11 @@ pub(crate) fn sliding<T: Real, R: Relaxation<T>>(
     let mut found = Sliding { wall: base, beyond: ahead, least: 0.0 };
     for _ in 0..TURNS {
         let (mut traction, mut response) =
-            (DVec3::ZERO, DMat3::from_diagonal(DVec3::splat(BLIND)) + outer(n));
+            (-BLIND * ahead, DMat3::from_diagonal(DVec3::splat(BLIND)) + outer(n));
         for i in contact.links() {
             let c = vector(i);
             let weight = 6.0 * W[i] * fluid.density;
-            let r = contact.place(c).max(found.least);
+            let r = found.place(contact, c);
             let at_rest = W[i] * (fluid.density - 1.0 + 4.5 * c.dot(stands * c))
                 + W[i] * fluid.density * (4.5 * c.dot(u).powi(2) - 1.5 * u.length_squared());
             let borne = 2.0 * (fluid.leaving[opposite(i)] - at_rest);
@@ -134,8 +134,13 @@ pub(crate) fn sliding<T: Real, R: Relaxation<T>>(
 }
 
 impl Sliding {
+    /// r of the link along `c`.
+    fn place(&self, contact: &Contact, c: DVec3) -> f64 {
+        contact.place(c).clamp(self.least, 1.0)
+    }
+
     /// Velocity of the wall of the link along `c`.
     pub(crate) fn of_link(&self, contact: &Contact, c: DVec3) -> DVec3 {
-        self.wall + self.beyond * contact.place(c).max(self.least)
+        self.wall + self.beyond * self.place(contact, c)
     }
 }

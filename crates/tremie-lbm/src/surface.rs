@@ -12,8 +12,8 @@
 //!   none (a bubble closes, a crumb dries up), it goes to the nearest interface cell: never dropped, and counted.
 //! - Air that an interface cell on a wall flows into through a wet face becomes interface (`stream`), so that a film thinner than
 //!   a cell, which never fills one, moves on.
-//! - Crumbs, interface cells that touch neither liquid nor a wall nor an interface cell that touches liquid, would fall
-//!   freely; they are taken up by the nearest interface cell. A mirror is a wall: films without liquid lie on floors without friction, too.
+//! - Crumbs, interface cells that touch neither liquid nor an interface cell that touches liquid, and do not lie on a wall with a face, would fall
+//!   freely where they are, ever faster; they are taken up by the nearest interface cell. A mirror on which they weigh is a wall: films without liquid lie on floors without friction, too.
 
 use crate::collision::{density_and_momentum, equilibrium};
 use crate::grid::{Grid, Kinds};
@@ -299,18 +299,21 @@ impl<T: Real> Grid<T> {
         })
     }
 
-    /// Removes crumbs.
-    pub(crate) fn remove_crumbs(&mut self, ledger: &mut Ledger) {
+    /// Removes crumbs under this gravity.
+    pub(crate) fn remove_crumbs(&mut self, gravity: [T; 3], ledger: &mut Ledger) {
         let touches_liquid = |cell: Cell| self.around(cell).any(|(beside, _)| self.is_liquid(beside));
-        let touches_wall = |cell: Cell| {
-            self.around(cell).any(|(beside, flip)| {
+        let bears = |flip: u8, c: [i32; 3]| {
+            (0..3).any(|a| flip >> a & 1 == 1 && f64::from(c[a]) * gravity[a].to_f64() > 0.0)
+        };
+        let on_a_wall = |cell: Cell| {
+            (1..=6).zip(self.around(cell)).any(|(i, (beside, flip))| {
                 let (kinds, bit) = self.kind(beside);
-                flip != 0 || kinds.solid & bit != 0
+                bears(flip, C[i]) || kinds.solid & bit != 0
             })
         };
         let crumbs: Vec<Cell> = self
             .interface_cells()
-            .filter(|cell| !touches_liquid(*cell) && !touches_wall(*cell))
+            .filter(|cell| !touches_liquid(*cell) && !on_a_wall(*cell))
             .filter(|cell| {
                 !self.around(*cell).any(|(beside, _)| self.is_interface(beside) && touches_liquid(beside))
             })

@@ -1,5 +1,7 @@
 //! Fluids that have no reason to move, and exact flows that a lattice must get right.
 
+use tremie_simulation::Cells;
+
 use crate::{advance, advanced, case, cells};
 
 #[test]
@@ -220,4 +222,29 @@ fn a_front_lower_than_a_cell_moves_on_and_comes_to_rest() {
     };
     assert!(front(3.0) > 0.135, "{}", front(3.0));
     assert!(front(0.5) < 0.115, "{}", front(0.5));
+}
+
+#[test]
+fn crumbs_that_nothing_holds_are_taken_up() {
+    // Half a cell high over a pool, beside a plane of symmetry, and at the upper edge of a bar: there they cannot fall, nor may they go ever faster.
+    let text = "[material]\ndensity = \"2300 kg/m3\"\nnewtonian.viscosity = \"30 Pa s\"\n\
+         [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"80 mm\", \"80 mm\", \"120 mm\"]\n\
+         sides = { x_min = \"symmetry\", y_min = \"symmetry\" }\n\
+         [[solid]]\nbox = { min = [\"40 mm\", \"0 m\", \"0 m\"], max = [\"60 mm\", \"20 mm\", \"70 mm\"] }\n\
+         [[fluid]]\nbox = { min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"80 mm\", \"80 mm\", \"33 mm\"] }\n\
+         [[fluid]]\nbox = { min = [\"0 m\", \"60 mm\", \"90 mm\"], max = [\"10 mm\", \"70 mm\", \"95 mm\"] }\n\
+         [[fluid]]\nbox = { min = [\"60 mm\", \"0 mm\", \"70 mm\"], max = [\"70 mm\", \"10 mm\", \"75 mm\"] }\n\
+         [lbm]\ncell_size = \"10 mm\"\nprecision = \"f64\"\n";
+    let mut simulation = advanced(&case(text), 0);
+    let wet_above = |cells: &Cells| {
+        let layer = cells.count[0] * cells.count[1];
+        cells.fill.iter().skip(5 * layer).filter(|fill| **fill > 0.0).count()
+    };
+    let before = cells(&*simulation);
+    assert_eq!(wet_above(&before), 2);
+    advance(&mut *simulation, 400);
+    let after = cells(&*simulation);
+    assert_eq!(wet_above(&after), 0);
+    let volume = |cells: &Cells| cells.fill.iter().sum::<f64>();
+    assert!((volume(&after) / volume(&before) - 1.0).abs() < 1e-3);
 }

@@ -288,6 +288,34 @@ fn a_sliding_wall_that_recedes_lets_go() {
     assert!(speed < 0.01, "{speed} m/s");
 }
 
+#[test]
+fn a_cone_upside_down_runs_empty_along_its_wall() {
+    // The wall narrows as it rises, and what stays behind on it as the surface sinks falls no faster than freely.
+    for surface in ["\"free_slip\"", "{ navier = { slip_length = \"100 mm\" } }"] {
+        let text = format!(
+            "[material]\ndensity = \"2300 kg/m3\"\nbingham = {{ yield_stress = \"50 Pa\", plastic_viscosity = \"30 Pa s\" }}\n\
+             [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"200 mm\", \"200 mm\", \"400 mm\"]\n\
+             sides = {{ x_min = \"symmetry\", y_min = \"symmetry\", x_max = \"open\", y_max = \"open\" }}\n\
+             [[fluid]]\ncone = {{ base = [\"0 m\", \"0 m\", \"0 m\"], base_diameter = \"100 mm\", top_diameter = \"200 mm\", \
+             height = \"300 mm\" }}\n\
+             [[solid]]\ncone_shell = {{ base = [\"0 m\", \"0 m\", \"0 m\"], base_diameter = \"100 mm\", \
+             top_diameter = \"200 mm\", height = \"300 mm\", thickness = \"20 mm\" }}\nsurface = {surface}\n\
+             motion.uniform.velocity = [\"0 m/s\", \"0 m/s\", \"0.1 m/s\"]\n\
+             [lbm]\ncell_size = \"10 mm\"\n"
+        );
+        let mut simulation = lattice_boltzmann(&case(&text));
+        while simulation.time() < 0.9 {
+            advance(&mut *simulation, 20);
+            let speed = cells(&*simulation).velocity.iter().map(|u| u.length()).fold(0.0, f64::max);
+            assert!(
+                speed < (2.0 * 9.81 * 0.3f64).sqrt(),
+                "{surface}: {speed} m/s at {} s",
+                simulation.time()
+            );
+        }
+    }
+}
+
 /// A small cone that is lifted from concrete; `min` is the domain's lower end in x and y.
 fn lifted(min: &str, sides: &str) -> String {
     format!(

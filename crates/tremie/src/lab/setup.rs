@@ -215,20 +215,28 @@ pub(super) fn whole(length: f64, cell_size: f64) -> f64 {
 
 /// Refuses cells of which there is no whole number in each of these lengths in m.
 pub(super) fn fitting(cell_size: f64, lengths: &[(&str, f64)]) -> Result<(), String> {
-    for (what, length) in lengths {
-        let cells = length / cell_size;
-        if (cells - cells.round()).abs() > 1e-6 || cells < 2.5 {
-            let nearest = length / cells.round().max(3.0);
-            return Err(format!(
-                "{what} of {} mm is {} cells of {} mm, not a whole number of three or more; give a --cell-size of {} mm, say",
-                significant(1e3 * length),
-                significant(cells),
-                significant(1e3 * cell_size),
-                significant(1e3 * nearest)
-            ));
-        }
-    }
-    Ok(())
+    let fits = |length: f64, size: f64| {
+        let cells = length / size;
+        (cells - cells.round()).abs() < 1e-6 && cells > 2.5
+    };
+    let Some((what, length)) = lengths.iter().find(|(_, length)| !fits(*length, cell_size)) else {
+        return Ok(());
+    };
+    // The nearest in whole micrometres that fits everywhere.
+    let shortest = lengths.iter().map(|(_, length)| *length).fold(f64::INFINITY, f64::min);
+    let start = (1e6 * cell_size.min(shortest)).round() as i64;
+    let near = (0..start).flat_map(|away| [start - away, start + away]).map(|size| 1e-6 * size as f64);
+    let found =
+        near.filter(|size| *size > 0.0).find(|size| lengths.iter().all(|(_, length)| fits(*length, *size)));
+    let advice = found.map_or("no size near it fits; change the length".to_owned(), |size| {
+        format!("give a --cell-size of {} mm, say", tidy(1e3 * size))
+    });
+    Err(format!(
+        "{what} of {} mm is {} cells of {} mm, not a whole number of three or more; {advice}",
+        significant(1e3 * length),
+        tidy(length / cell_size),
+        tidy(1e3 * cell_size)
+    ))
 }
 
 /// Refuses cells too large to see bars of a diameter in m.
@@ -265,4 +273,23 @@ pub(super) fn at_rest(rest: &str) -> String {
 /// Ends the run when that comes for which a gauge waits.
 pub(super) fn at_event(name: &str) -> String {
     format!("[stop]\ntime = TIME\nevent = \"{name}\"\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_size_of_cells_that_is_advised_fits() {
+        let lengths = [("the depth", 0.1), ("the channel", 0.6)];
+        assert_eq!(fitting(5e-3, &lengths), Ok(()));
+        for (size, advised) in [(8e-3, 6.25), (7.69e-3, 6.25), (0.3, 25.0), (1e9, 25.0)] {
+            let message = fitting(size, &lengths).unwrap_err();
+            assert!(message.ends_with(&format!("give a --cell-size of {advised} mm, say")), "{message}");
+            assert_eq!(fitting(1e-3 * advised, &lengths), Ok(()));
+        }
+        let message = fitting(7.69e-3, &lengths).unwrap_err();
+        assert!(message.starts_with("the depth of 100 mm is 13.0039011704 cells of 7.69 mm"), "{message}");
+        assert!(fitting(1e-3, &[("the depth", 0.1000007)]).unwrap_err().ends_with("change the length"));
+    }
 }
