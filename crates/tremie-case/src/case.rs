@@ -634,7 +634,7 @@ pub struct Gauges {
     pub filling: Option<FillingGauge>,
 }
 
-/// Measures the mean level of the fluid's surface over a rectangle.
+/// Measures the level of the fluid's surface over a rectangle, the median of its columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LevelGauge {
     /// What it is called.

@@ -1680,8 +1680,11 @@ const GAUGES: Section<Gauges> = {
         need("interval", "simulated time between two readings (rows of series.csv)", TIME);
     const SPREAD_KEY: Maybe<Section<SpreadGauge>> =
         maybe("spread", "measures the diameter of the fluid around a vertical axis, and T500", SPREAD);
-    const LEVELS: Maybe<List<Section<LevelGauge>>> =
-        maybe("level", "each measures the mean level of the surface over a rectangle", List(LEVEL));
+    const LEVELS: Maybe<List<Section<LevelGauge>>> = maybe(
+        "level",
+        "each measures the level of the surface over a rectangle, the median of its columns",
+        List(LEVEL),
+    );
     const FRONTS: Maybe<List<Section<FrontGauge>>> =
         maybe("front", "each tells how far the fluid has come, and when it reaches a plane", List(FRONT));
     const LIGHTS: Maybe<List<Section<LightGauge>>> = maybe(

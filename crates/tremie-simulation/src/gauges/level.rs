@@ -1,4 +1,5 @@
-//! Level of the fluid: the mean height of its surface over a rectangle, as a ruler finds it from above.
+//! Level of the fluid: the height of its surface over a rectangle, as a ruler finds it from above. It is the median over the columns of cells, by their area: the mean of a plane surface, whether it
+//! slopes or not, of which films that hang high on the walls of a box are no part. (In an L-box of 100 mm they may take a fourth of the columns, and would add half to the level.)
 //!
 //! In a column of cells the surface is that of the highest body of fluid with a cell at least half full: from the lowest of its cells the
 //! sum of the fill upwards, so that the level keeps the volume. Thinner films, on the walls say, count for nothing. Where there is
@@ -11,24 +12,39 @@ use super::HALF_FULL;
 use crate::Cells;
 use crate::plan::Axis;
 
-/// Mean height in m of the surface over the rectangle of a gauge, as a coordinate; 0 if all of it is solid.
+/// Median height in m of the surface over the rectangle of a gauge, as a coordinate; 0 if all of it is solid.
 pub(super) fn measure(cells: &Cells, gauge: &LevelGauge) -> f64 {
     let axes = [Axis::new(cells, 0), Axis::new(cells, 1)];
     let [is, js] = [0, 1].map(|a| shares(&axes[a], gauge.min[a], gauge.max[a]));
-    let (mut sum, mut area) = (0.0, 0.0);
+    let mut columns: Vec<(f64, f64)> = Vec::new();
     for (j, depth) in &js {
         for (i, width) in &is {
             let level = match (axes[0].cell(*i), axes[1].cell(*j)) {
                 (Some(i), Some(j)) => surface(cells, i, j),
                 _ => Some(cells.domain[0].z),
             };
-            if let Some(level) = level {
-                sum += width * depth * level;
-                area += width * depth;
-            }
+            columns.extend(level.map(|level| (level, width * depth)));
         }
     }
-    if area > 0.0 { sum / area } else { 0.0 }
+    median(columns)
+}
+
+/// The median of values with weights, straight from one to the next between their middles; 0 of none.
+fn median(mut of: Vec<(f64, f64)>) -> f64 {
+    of.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    let half = 0.5 * of.iter().map(|(_, weight)| weight).sum::<f64>();
+    let (mut below, mut last) = (0.0, None);
+    for (value, weight) in of {
+        let middle = below + 0.5 * weight;
+        if middle >= half {
+            let (from, start) = last.unwrap_or((value, middle));
+            let share = if middle > start { (half - start) / (middle - start) } else { 0.0 };
+            return from + share * (value - from);
+        }
+        below += weight;
+        last = Some((value, middle));
+    }
+    last.map_or(0.0, |(value, _)| value)
 }
 
 /// The places of cells between two coordinates in m, each with its share of a cell; between equal ones the one place in which they lie.
@@ -100,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_is_over_the_area_that_the_rectangle_has_of_each_column() {
+    fn columns_count_by_the_area_that_the_rectangle_has_of_each() {
         let cells = row(&[[1.0, 1.0, 0.5, 0.0], [1.0, 0.7, 0.0, 0.0]], &[]);
         assert!((level(&cells, 0.0, 0.1) - 0.25).abs() < 1e-12);
         assert!((level(&cells, 0.0, 0.2) - 0.21).abs() < 1e-12);
@@ -110,7 +126,16 @@ mod tests {
         assert!((level(&cells, -0.15, -0.15) - 0.17).abs() < 1e-12);
         assert!((level(&cells, -0.1, 0.1) - 0.25).abs() < 1e-12);
         // Half of it has no fluid yet: dry floor counts.
-        assert!((level(&cells, 0.0, 0.4) - 0.105).abs() < 1e-12);
+        assert!((level(&cells, 0.0, 0.4) - 0.085).abs() < 1e-12);
+    }
+
+    #[test]
+    fn films_that_hang_on_walls_are_not_the_level() {
+        // A slope between two of them.
+        let film = [1.0; 4];
+        let cells = row(&[film, [1.0, 0.8, 0.0, 0.0], [1.0, 0.7, 0.0, 0.0], [1.0, 0.6, 0.0, 0.0], film], &[]);
+        assert!((level(&cells, 0.1, 0.4) - 0.17).abs() < 1e-12);
+        assert!((level(&cells, 0.0, 0.5) - 0.18).abs() < 1e-12);
     }
 
     #[test]

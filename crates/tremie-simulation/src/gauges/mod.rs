@@ -111,7 +111,7 @@ pub struct Readings {
     pub yielded_share: f64,
     /// Largest pressure above that of the air in Pa.
     pub pressure_max: f64,
-    /// Name of each level gauge, and mean height in m of the surface.
+    /// Name of each level gauge, and median height in m of the surface.
     pub levels: Vec<(String, f64)>,
     /// Name of each front gauge, and how far in m the fluid has come beyond its plane.
     pub fronts: Vec<(String, f64)>,

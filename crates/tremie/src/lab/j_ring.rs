@@ -3,7 +3,7 @@
 //! Dimensions of the standard from memory: bars of 18 mm on a circle of 300 mm, 16 of them with gaps of 41 mm or 12 with 59 mm; they end
 //! 120 mm above the plate, and the ring that holds them there is left out. Both axes pass between bars.
 //!
-//! Reported are the slump flow SFJ and the time t500J as in the slump flow, and the blocking step PJ: the mean level in the middle less the mean of
+//! Reported are the slump flow SFJ and the time t500J as in the slump flow, and the blocking step PJ: the level in the middle less the mean of
 //! those just outside of the bars on both axes, each over 20 mm x 20 mm. Classes as in EN 206: PJ1 with 12 bars, PJ2 with 16, up to 10 mm.
 
 use std::f64::consts::TAU;

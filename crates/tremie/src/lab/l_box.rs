@@ -5,7 +5,7 @@
 //! beyond it, as `tremie calc l-box` has it: whether the column counts changes the result much. The gate and the wall above it are
 //! two cells thick and stand beyond the column; the bars stand 20 mm beyond the gate, as high as the channel.
 //!
-//! Reported are H1, the mean level in the column, H2, that over the last 20 mm of the channel, and PL = H2/H1 to 0.01; the times from when the
+//! Reported are H1, the level in the column, H2, that over the last 20 mm of the channel, and PL = H2/H1 to 0.01; the times from when the
 //! gate begins to rise to when the front has gone 200 mm and 400 mm beyond the column. Classes as in EN 206: PL1 with two bars, PL2
 //! with three, from PL = 0.80.
 
@@ -220,8 +220,8 @@ pub(crate) fn figures(case: &Case, summary: &Summary) -> Option<Figures> {
     let rows = vec![
         ("passing ability PL", ratio_row),
         ("class", format!("{class}, {bars} bars")),
-        ("H1", format!("{:.0} mm, mean level in the column", 1e3 * h1)),
-        ("H2", format!("{:.0} mm, mean level over the last {:.0} mm of the channel", 1e3 * h2, 1e3 * END)),
+        ("H1", format!("{:.0} mm, level in the column", 1e3 * h1)),
+        ("H2", format!("{:.0} mm, level over the last {:.0} mm of the channel", 1e3 * h2, 1e3 * END)),
         ("T200", shown(times[0])),
         ("T400", shown(times[1])),
         ("", "(from when the gate begins to rise to 200 mm and 400 mm beyond the column)".to_owned()),

@@ -232,7 +232,7 @@ fn logarithmic<'a>(label: &'a str, curves: &[Curve], least: f64) -> Axis<'a> {
 /// Levels against time.
 fn levels(evidence: &Evidence) -> Option<anyhow::Result<Figure>> {
     let names: Vec<&str> = evidence.case.gauges.level.iter().map(|gauge| gauge.name.as_str()).collect();
-    let caption = "Mean level of the surface over each rectangle against time, as a coordinate.";
+    let caption = "Level of the surface over each rectangle (median) against time, as a coordinate.";
     lengths(evidence, "Levels", "level [mm]", &names, |name| format!("level_{name}_m"), caption)
 }
 
