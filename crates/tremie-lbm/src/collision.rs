@@ -49,10 +49,15 @@ const MAGIC: f64 = 3.0 / 16.0;
 /// Lattice viscosity below which a fluid counts as nearly inviscid.
 const NEARLY_INVISCID: f64 = 1.0 / 64.0;
 
+/// Whether a fluid of a lattice viscosity counts as nearly inviscid.
+pub(crate) fn nearly_inviscid(viscosity: f64) -> bool {
+    viscosity < NEARLY_INVISCID
+}
+
 /// Least relaxation rate of the odd moments in a fluid of a lattice viscosity. (With 1/4 a dam break at a few thousandths is torn
 /// apart.)
 pub(crate) fn least_odd(viscosity: f64) -> f64 {
-    if viscosity < NEARLY_INVISCID { 1.0 } else { 0.0 }
+    if nearly_inviscid(viscosity) { 1.0 } else { 0.0 }
 }
 
 /// By how much of the friction with bodies the odd moments relax less than twice over.

@@ -11,6 +11,7 @@ use crate::adapt::{INTERVAL, Look, Watch};
 use crate::cage::Cages;
 use crate::carried::Carried;
 use crate::carrier::{Lattice, Sides};
+use crate::collision::nearly_inviscid;
 use crate::fibre_field::FibreField;
 use crate::fluid::Fluid;
 use crate::friction::Friction;
@@ -503,14 +504,20 @@ impl<T: Real> FreeSurface<T> {
 
     fn breakdown(&self, slot: usize, cell: usize) -> Breakdown {
         let position = centre(&self.case, self.scaling.cell_size, self.grid.links[slot].coordinates(cell));
-        Breakdown {
-            time: self.time(),
-            position,
-            what: "the density there is no longer near 1 in lattice units".into(),
-            advice: "the flow is too fast or too stiff for the time step; \
-                     set a smaller `time_step` or `lattice_speed` under [lbm], or smaller cells"
-                .into(),
-        }
+        let viscosity = self.scaling.viscosity(self.case.material.curve.plastic_viscosity());
+        let slow = self.grid.common(self.fluid.gravity()).speed < settings(&self.case).lattice_speed;
+        let advice = if slow && nearly_inviscid(viscosity) {
+            format!(
+                "the fluid is thin for such cells (lattice viscosity {viscosity:.4}); set smaller cells, \
+                 and let it stick to walls along which it slides; smaller steps do not help"
+            )
+        } else {
+            "the flow is too fast or too stiff for the time step; \
+             set a smaller `time_step` or `lattice_speed` under [lbm], or smaller cells"
+                .into()
+        };
+        let what = "the density there is no longer near 1 in lattice units".into();
+        Breakdown { time: self.time(), position, what, advice }
     }
 
     /// What the numbers of a saved state are checked against.
