@@ -359,8 +359,8 @@ mod tests {
     #[test]
     fn nonsense_is_refused_with_advice() {
         for (line, advice) in [
-            (["--cell-size", "7mm"], "give a --cell-size of 7.14 mm"),
-            (["--cell-size", "60mm"], "give a --cell-size of 33.3 mm"),
+            (["--cell-size", "7mm"], "give a --cell-size of 6.25 mm"),
+            (["--cell-size", "60mm"], "give a --cell-size of 25 mm"),
             (["--gate-speed", "1mm/s"], "from 1 cm/s to 5 m/s"),
             (["--cell-size", "10mm"], "give a --cell-size of 8.4 mm at most"),
             (["--bar-diameter", "70mm"], "no room for 3 bars of 70 mm"),

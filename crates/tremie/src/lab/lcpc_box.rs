@@ -211,7 +211,7 @@ mod tests {
 
     #[test]
     fn nonsense_is_refused_with_advice() {
-        assert!(text(&["--cell-size", "7mm"]).unwrap_err().contains("--cell-size of 7.14 mm"));
+        assert!(text(&["--cell-size", "7mm"]).unwrap_err().contains("--cell-size of 6.25 mm"));
         assert!(text(&["--volume", "40l"]).unwrap_err().contains("holds 36 l; give a smaller --volume"));
     }
 }

@@ -124,6 +124,6 @@ mod tests {
     #[test]
     fn nonsense_is_refused_with_advice() {
         assert!(case(&["--orifice", "130mm"]).unwrap_err().contains("smaller --orifice"));
-        assert!(case(&["--cell-size", "7mm"]).unwrap_err().contains("--cell-size of 6.67 mm"));
+        assert!(case(&["--cell-size", "7mm"]).unwrap_err().contains("--cell-size of 8 mm"));
     }
 }

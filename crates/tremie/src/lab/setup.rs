@@ -232,9 +232,9 @@ pub(super) fn fitting(cell_size: f64, lengths: &[(&str, f64)]) -> Result<(), Str
         format!("give a --cell-size of {} mm, say", tidy(1e3 * size))
     });
     Err(format!(
-        "{what} of {} mm is {} cells of {} mm, not a whole number of three or more; {advice}",
+        "{what} of {} mm is {:.4} cells of {} mm, not a whole number of three or more; {advice}",
         significant(1e3 * length),
-        tidy(length / cell_size),
+        length / cell_size,
         tidy(1e3 * cell_size)
     ))
 }
@@ -289,7 +289,7 @@ mod tests {
             assert_eq!(fitting(1e-3 * advised, &lengths), Ok(()));
         }
         let message = fitting(7.69e-3, &lengths).unwrap_err();
-        assert!(message.starts_with("the depth of 100 mm is 13.0039011704 cells of 7.69 mm"), "{message}");
+        assert!(message.starts_with("the depth of 100 mm is 13.0039 cells of 7.69 mm"), "{message}");
         assert!(fitting(1e-3, &[("the depth", 0.1000007)]).unwrap_err().ends_with("change the length"));
     }
 }
