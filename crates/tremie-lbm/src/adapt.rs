@@ -2,12 +2,12 @@
 //!
 //! A slump spends most of its time creeping, at a tenth of its first height and a thousandth of its first speed; what set the time
 //! step at the start holds no longer. Every [`INTERVAL`] steps the limits of `scaling` are asked again, for the fluid as it
-//! is: the 99th percentiles of its speed and of its pressure (single cells spike when they convert), and no more pressure than its height along
-//! gravity makes. (By its height alone a film on a wall would weigh as if the fluid stood as high as it.)
-//! The largest of a while count, as long as the fluid needs to fall its height, so that a flow that has yet to begin is
-//! not taken for one that has come to rest, nor one that falls for one that weighs nothing.
-//! While fluid comes in, the jet is a small part of all fluid, but the fastest:
+//! is: the 99th percentile of its speed (single cells spike when they convert) and its height along gravity.
+//! While fluid comes in, two things differ. What falls from a hose is high, but does not weigh on what lies below as if it stood
+//! there: the 99th percentile of the pressure counts in place of the height. And the jet is a small part of all fluid, but the fastest:
 //! the speed counts that 99 % of the kinetic energy does not exceed. Until a jet has had the time to fall, it is taken to fall freely.
+//! The largest speed of a while counts, as long as the fluid needs to fall its height, so that a flow that has yet to begin is
+//! not taken for one that has come to rest.
 //!
 //! The lattice viscosity may grow beyond what a first time step aims at, to [`VISCOSITY`]: with the odd moments tied to the
 //! even ones the steady flow does not depend on it, and a flow that creeps is nearly steady. (A planar slump of 20 Pa at a lattice
@@ -42,12 +42,8 @@ pub(crate) struct Look {
     pub(crate) time: f64,
     /// Speed that 99 % of the fluid does not exceed.
     pub(crate) speed: f64,
-    /// Excess of the density that 99 % of the fluid does not exceed.
-    pub(crate) excess: f64,
-    /// What it would be at most if the fluid stood as high as it is.
-    pub(crate) standing: f64,
-    /// What surface tension and loads add to it.
-    pub(crate) pressed: f64,
+    /// Relative density error of the hydrostatic pressure, and of that of surface tension.
+    pub(crate) hydrostatic_error: f64,
     /// Viscosity.
     pub(crate) viscosity: f64,
     /// Time in s in which fluid falls the present height.
@@ -65,25 +61,23 @@ pub(crate) struct Common {
     pub(crate) excess: f64,
 }
 
-/// Times in s, speeds in m/s and pressures over the density in m2/s2 that were seen lately.
+/// Speeds seen lately, in m/s, with their times in s.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Watch {
-    pub(crate) seen: Vec<[f64; 3]>,
+    pub(crate) seen: Vec<(f64, f64)>,
 }
 
 impl Watch {
     /// How many times as long the time step should be from now on, if it should change; `unit` is the velocity in m/s of one
     /// lattice unit.
     pub(crate) fn change(&mut self, look: &Look, unit: f64, limits: &Limits) -> Option<f64> {
-        let pressure_unit = unit * unit / 3.0;
-        self.seen.push([look.time, look.speed * unit, look.excess * pressure_unit]);
+        self.seen.push((look.time, look.speed * unit));
         let start = look.time - look.fall;
-        let whole = self.seen[0][0] <= start;
-        self.seen.retain(|[time, ..]| *time >= start);
-        let largest = |n: usize| self.seen.iter().map(|seen| seen[n]).fold(0.0, f64::max);
-        let by_speed = limits.lattice_speed / (largest(1) / unit);
-        let hydrostatic_error = (largest(2) / pressure_unit).min(look.standing) + look.pressed;
-        let by_pressure = (limits.hydrostatic_error / hydrostatic_error).sqrt();
+        let whole = self.seen[0].0 <= start;
+        self.seen.retain(|(time, _)| *time >= start);
+        let fastest = self.seen.iter().map(|(_, speed)| *speed).fold(0.0, f64::max) / unit;
+        let by_speed = limits.lattice_speed / fastest;
+        let by_pressure = (limits.hydrostatic_error / look.hydrostatic_error).sqrt();
         let allowed = by_speed.min(by_pressure);
         if allowed < 1.0 {
             return Some(MARGIN * allowed);
@@ -165,15 +159,7 @@ mod tests {
 
     const LIMITS: Limits =
         Limits { lattice_viscosity: 1.0 / 6.0, lattice_speed: 0.1, hydrostatic_error: 0.02 };
-    const LOOK: Look = Look {
-        time: 0.0,
-        speed: 1e-4,
-        excess: 0.001,
-        standing: 0.002,
-        pressed: 0.001,
-        viscosity: 0.1,
-        fall: 0.1,
-    };
+    const LOOK: Look = Look { time: 0.0, speed: 1e-4, hydrostatic_error: 0.002, viscosity: 0.1, fall: 0.1 };
 
     #[test]
     fn a_step_grows_when_the_flow_has_been_slow_for_a_while() {
@@ -182,16 +168,11 @@ mod tests {
         assert_eq!(watch.change(&Look { time: 0.05, ..LOOK }, 25.0, &LIMITS), None);
         assert_eq!(watch.change(&Look { time: 0.1, ..LOOK }, 25.0, &LIMITS), Some(2.0));
         // No more than pressure and viscosity allow.
-        let near = Look { time: 0.2, excess: 0.009, standing: 0.02, ..LOOK };
+        let near = Look { time: 0.2, hydrostatic_error: 0.01, ..LOOK };
         assert!((watch.change(&near, 25.0, &LIMITS).unwrap() - 0.9 * 2f64.sqrt()).abs() < 1e-12);
-        // The pressure is remembered for a while, too, but fluid weighs no more than it can by its height.
-        let falling = Look { time: 0.25, excess: 0.0, standing: 0.02, ..LOOK };
-        assert!((watch.change(&falling, 25.0, &LIMITS).unwrap() - 0.9 * 2f64.sqrt()).abs() < 1e-12);
-        let low = Look { time: 0.31, excess: 0.02, standing: 0.009, ..LOOK };
-        assert!((watch.change(&low, 25.0, &LIMITS).unwrap() - 0.9 * 2f64.sqrt()).abs() < 1e-12);
-        let viscous = Look { time: 0.5, viscosity: 0.5, ..LOOK };
+        let viscous = Look { time: 0.3, viscosity: 0.5, ..LOOK };
         assert_eq!(watch.change(&viscous, 25.0, &LIMITS), Some(1.5));
-        assert_eq!(watch.change(&Look { time: 0.6, viscosity: 0.7, ..LOOK }, 25.0, &LIMITS), None);
+        assert_eq!(watch.change(&Look { time: 0.4, viscosity: 0.7, ..LOOK }, 25.0, &LIMITS), None);
     }
 
     #[test]

@@ -409,15 +409,16 @@ impl<T: Real> FreeSurface<T> {
         let common = self.grid.common(self.fluid.gravity());
         let soon = self.time + INTERVAL as f64 * self.scaling.time_step;
         let mut speed = common.speed.max(self.scaling.velocity(self.solid_speed()));
+        let mut hydrostatic_error = self.scaling.hydrostatic_error(gravity, height);
         if let Some(first) = speed_of_first_fall(&self.case, self.time, soon) {
             speed = speed.max(common.energetic_speed).max(self.scaling.velocity(first));
+            hydrostatic_error = hydrostatic_error.min(common.excess);
         }
         let look = Look {
             time: self.time,
             speed,
-            excess: common.excess,
-            standing: self.scaling.hydrostatic_error(gravity, height),
-            pressed: self.scaling.capillary_error(self.case.material.surface_tension)
+            hydrostatic_error: hydrostatic_error
+                + self.scaling.capillary_error(self.case.material.surface_tension)
                 + 3.0 * self.plate.map_or(0.0, |plate| plate.pressure),
             viscosity: self.scaling.viscosity(self.case.material.curve.plastic_viscosity()),
             fall: (2.0 * height / falling).sqrt(),
@@ -658,7 +659,7 @@ impl<T: Real> Simulation for FreeSurface<T> {
             "time": self.time,
             "structured": self.structured,
             "time_step": self.scaling.time_step,
-            "seen": self.watch.seen,
+            "speeds": self.watch.seen,
             "mass": self.mass,
             "waiting": self.ledger.waiting,
             "stranded": self.ledger.stranded,
@@ -735,7 +736,7 @@ impl<T: Real> Simulation for FreeSurface<T> {
         }
         let rises = serde_json::from_value(state.header["rises"].clone()).map_err(|_| missing("rises"))?;
         grid.restore_rises(rises).ok_or_else(|| missing("rises"))?;
-        let seen = serde_json::from_value(state.header["seen"].clone()).map_err(|_| missing("seen"))?;
+        let seen = serde_json::from_value(state.header["speeds"].clone()).map_err(|_| missing("speeds"))?;
         let (time, time_step) = (number("time")?, number("time_step")?);
         let pairs = |name: &str| -> Result<Vec<[f64; 2]>, RestoreError> {
             serde_json::from_value(state.header[name].clone()).map_err(|_| missing(name))
