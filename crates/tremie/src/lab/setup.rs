@@ -222,13 +222,14 @@ pub(super) fn fitting(cell_size: f64, lengths: &[(&str, f64)]) -> Result<(), Str
     let Some((what, length)) = lengths.iter().find(|(_, length)| !fits(*length, cell_size)) else {
         return Ok(());
     };
-    // The nearest in whole micrometres that fits everywhere.
+    // As many cells as near as can be, of a size in whole micrometres, that fits everywhere.
     let shortest = lengths.iter().map(|(_, length)| *length).fold(f64::INFINITY, f64::min);
-    let start = (1e6 * cell_size.min(shortest)).round() as i64;
-    let near = (0..start).flat_map(|away| [start - away, start + away]).map(|size| 1e-6 * size as f64);
-    let found =
-        near.filter(|size| *size > 0.0).find(|size| lengths.iter().all(|(_, length)| fits(*length, *size)));
-    let advice = found.map_or("no size near it fits; change the length".to_owned(), |size| {
+    let number = (shortest / cell_size).round().max(3.0);
+    let near = (0..1000).map(f64::from).flat_map(|more| [number + more, number - more]);
+    let micrometres = near.filter(|number| *number >= 3.0).map(|number| 1e6 * shortest / number);
+    let sizes = micrometres.filter(|size| (size - size.round()).abs() < 1e-6).map(|size| 1e-6 * size.round());
+    let mut sizes = sizes.filter(|size| lengths.iter().all(|(_, length)| fits(*length, *size)));
+    let advice = sizes.next().map_or("no size near it fits; change the length".to_owned(), |size| {
         format!("give a --cell-size of {} mm, say", tidy(1e3 * size))
     });
     Err(format!(
@@ -290,6 +291,8 @@ mod tests {
         }
         let message = fitting(7.69e-3, &lengths).unwrap_err();
         assert!(message.starts_with("the depth of 100 mm is 13.0039 cells of 7.69 mm"), "{message}");
+        // Nor is there long to wait for nonsense.
+        assert!(fitting(3.1e7, &[("the depth", 1e8)]).unwrap_err().contains("give a --cell-size of"));
         assert!(fitting(1e-3, &[("the depth", 0.1000007)]).unwrap_err().ends_with("change the length"));
     }
 }
