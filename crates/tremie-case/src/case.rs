@@ -609,9 +609,11 @@ pub struct Rest {
     pub spread_rate: f64,
     /// The spread still has to grow by less than this share of it; counts only where there is a spread gauge.
     pub growth: f64,
-    /// 99 % of the fluid is slower than this, in m/s.
+    /// 99 % of the fluid is slower than this, in m/s; half of it, if there is a rate of levels.
     pub speed: f64,
-    /// Both hold for this long, in s.
+    /// Each level changes by less than this, in m/s.
+    pub level_rate: Option<f64>,
+    /// The speed stays so low for this long, in s.
     pub duration: f64,
 }
 

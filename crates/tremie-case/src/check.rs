@@ -488,6 +488,13 @@ fn names(case: &Case, document: &Document<'_>) -> Result<(), Fault> {
     {
         return Err(unknown("stop.event", "front or light gauge", event, events, document));
     }
+    if gauges.level.is_empty() && case.stop.rest.is_some_and(|rest| rest.level_rate.is_some()) {
+        return Err(Fault::new(
+            document.locate("stop.rest.level_rate"),
+            "no level is read",
+            "leave this out, or write a level gauge: level = [{ name = \"H1\", ... }]",
+        ));
+    }
     for (n, gauge) in gauges.light.iter().enumerate() {
         if let Some(with) = &gauge.with
             && !case.solids.iter().any(|solid| solid.name == *with)

@@ -1872,15 +1872,21 @@ const REST: Section<Rest> = {
         quantity(Dimension::NUMBER, Bound::UpTo(1.0), "0.5 %"),
     );
     const SLOW: Or<Quantity> = or("speed", "\"1 mm/s\"", "99 % of the fluid is slower than this", SPEED);
+    const LEVEL_RATE: Maybe<Quantity> = maybe(
+        "level_rate",
+        "each level gauge changes by less than this, on average over the last fifth of the time since the start; half of the fluid then need be slower than `speed`, since films on walls run down for minutes",
+        SPEED,
+    );
     const DURATION: Or<Quantity> = or("duration", "\"1 s\"", "the speed stays so low for this long", TIME);
     Section {
-        keys: &[&SPREAD_RATE, &GROWTH, &SLOW, &DURATION],
+        keys: &[&SPREAD_RATE, &GROWTH, &SLOW, &LEVEL_RATE, &DURATION],
         example: &["speed = \"1 mm/s\""],
         read: |t| {
             Ok(Rest {
                 spread_rate: t.or(&SPREAD_RATE)?,
                 growth: t.or(&GROWTH)?,
                 speed: t.or(&SLOW)?,
+                level_rate: t.maybe(&LEVEL_RATE)?,
                 duration: t.or(&DURATION)?,
             })
         },

@@ -374,7 +374,7 @@ fn a_run_stops_when_the_fluid_rests() {
     let mut case = case();
     case.stop = Stop {
         time: 20.0,
-        rest: Some(Rest { spread_rate: 5e-5, growth: 5e-3, speed: 1e-3, duration: 1.0 }),
+        rest: Some(Rest { spread_rate: 5e-5, growth: 5e-3, speed: 1e-3, level_rate: None, duration: 1.0 }),
         event: None,
     };
     case.output.snapshot_interval = None;
@@ -417,7 +417,7 @@ fn an_interrupted_and_resumed_run_is_the_same_to_the_bit() {
     let mut case = case();
     case.stop = Stop {
         time: 8.0,
-        rest: Some(Rest { spread_rate: 5e-5, growth: 5e-3, speed: 1e-3, duration: 1.0 }),
+        rest: Some(Rest { spread_rate: 5e-5, growth: 5e-3, speed: 1e-3, level_rate: None, duration: 1.0 }),
         event: None,
     };
     case.output.snapshot_interval = Some(0.7);

@@ -72,7 +72,13 @@ fn every_value_arrives_in_si_units() {
         }),
         stop: Stop {
             time: 120.0,
-            rest: Some(Rest { spread_rate: 5e-5, growth: 5e-3, speed: 0.002, duration: 1.0 }),
+            rest: Some(Rest {
+                spread_rate: 5e-5,
+                growth: 5e-3,
+                speed: 0.002,
+                level_rate: None,
+                duration: 1.0,
+            }),
             event: None,
         },
         gauges: Gauges {
@@ -338,7 +344,10 @@ fn the_same_case_is_read_for_particles() {
 #[test]
 fn rest_without_a_spread_gauge_is_judged_by_speed() {
     let case = Case::parse("channel.toml", &format!("{CHANNEL}stop.rest = {{}}\n")).unwrap();
-    assert_eq!(case.stop.rest, Some(Rest { spread_rate: 5e-5, growth: 5e-3, speed: 1e-3, duration: 1.0 }));
+    assert_eq!(
+        case.stop.rest,
+        Some(Rest { spread_rate: 5e-5, growth: 5e-3, speed: 1e-3, level_rate: None, duration: 1.0 })
+    );
 }
 
 #[test]

@@ -755,3 +755,14 @@ fn colours_are_shown_only_if_wanted() {
     assert!(!error.render(false).contains('\u{1b}'));
     assert_eq!(error.render(false), error.to_string());
 }
+
+#[test]
+fn a_rate_of_levels_needs_a_level() {
+    let text = SLUMP_FLOW.replace("{ speed = \"2 mm/s\" }", "{ level_rate = \"0.1 mm/s\" }");
+    let message = refusal(&text).to_string();
+    assert!(message.contains("slump_flow.toml:39:") && message.contains("no level is read"), "{message}");
+    let gauge = "level = [{ name = \"H\", min = [\"0 m\", \"0 m\"], max = [\"1 cm\", \"1 cm\"] }]";
+    let text = text.replace("\n[stop]", &format!("{gauge}\n\n[stop]"));
+    let case = Case::parse("slump_flow.toml", &text).unwrap();
+    assert_eq!(case.stop.rest.and_then(|rest| rest.level_rate), Some(1e-4));
+}

@@ -171,7 +171,7 @@ name = "gate"
             MARKS.map(front).concat()
         ),
         stop_time: mix.stop_time() + (channel_height / gate_speed).ceil(),
-        stop: at_rest("{}"),
+        stop: at_rest("{ level_rate = \"0.05 mm/s\" }"),
         intervals: [0.5, 2.0],
     };
     Ok(setup.text())

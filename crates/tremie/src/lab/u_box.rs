@@ -118,7 +118,7 @@ name = "gate"
         cell_size,
         gauges: format!("# In the limb that was full, and in the other.\nlevel = [\n{}]\n", levels.concat()),
         stop_time: mix.stop_time() + (OPENING / gate_speed).ceil(),
-        stop: at_rest("{}"),
+        stop: at_rest("{ level_rate = \"0.05 mm/s\" }"),
         intervals: [0.5, 2.0],
     };
     Ok(setup.text())

@@ -383,7 +383,8 @@ fn speeds(evidence: &Evidence) -> Option<anyhow::Result<Figure>> {
     if curves.is_empty() {
         return None;
     }
-    let rest = evidence.case.stop.rest.map(|rest| 1e3 * rest.speed);
+    let rule = evidence.case.stop.rest;
+    let rest = rule.map(|rest| 1e3 * rest.speed);
     let plot = Plot {
         title: "Speed",
         x: Axis::linear("time [s]"),
@@ -392,10 +393,12 @@ fn speeds(evidence: &Evidence) -> Option<anyhow::Result<Figure>> {
         horizontals: rest.map(|at| Reference { at, label: "rest" }).into_iter().collect(),
         verticals: Vec::new(),
     };
-    let caption = if rest.is_some() {
-        "Speed of the fluid against time. At rest 99 % of it is slower than the dashed line."
-    } else {
-        "Speed of the fluid against time."
+    let caption = match rule.map(|rest| rest.level_rate) {
+        Some(None) => "Speed of the fluid against time. At rest 99 % of it is slower than the dashed line.",
+        Some(Some(_)) => {
+            "Speed of the fluid against time. At rest half of it is slower than the dashed line, and the levels stay."
+        }
+        None => "Speed of the fluid against time.",
     };
     Some(drawn(&plot, caption))
 }
