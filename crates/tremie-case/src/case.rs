@@ -609,9 +609,9 @@ pub struct Rest {
     pub spread_rate: f64,
     /// The spread still has to grow by less than this share of it; counts only where there is a spread gauge.
     pub growth: f64,
-    /// 99 % of the fluid is slower than this, in m/s; half of it, if there is a rate of levels.
+    /// 99 % of the fluid is slower than this, in m/s.
     pub speed: f64,
-    /// Each level changes by less than this, in m/s.
+    /// Or half of it is, and each level changes by less than this, in m/s.
     pub level_rate: Option<f64>,
     /// The speed stays so low for this long, in s.
     pub duration: f64,

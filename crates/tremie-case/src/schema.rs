@@ -1874,7 +1874,7 @@ const REST: Section<Rest> = {
     const SLOW: Or<Quantity> = or("speed", "\"1 mm/s\"", "99 % of the fluid is slower than this", SPEED);
     const LEVEL_RATE: Maybe<Quantity> = maybe(
         "level_rate",
-        "each level gauge changes by less than this, on average over the last fifth of the time since the start; half of the fluid then need be slower than `speed`, since films on walls run down for minutes",
+        "or half of the fluid is slower than `speed` and each level gauge changes by less than this, on average over the last fifth of the time since the start: films on walls run down for minutes",
         SPEED,
     );
     const DURATION: Or<Quantity> = or("duration", "\"1 s\"", "the speed stays so low for this long", TIME);

@@ -16,7 +16,7 @@
 //!
 //! In a box whose levels are read, films on its walls run down for minutes after the concrete between them has stopped: by the theory of thin layers one of
 //! thickness h goes at up to `(rho g h - tau0)^2 / (2 mu rho g)`, in a concrete of 30 Pa and 30 Pa s 5 mm/s at h = 5 mm, and they are several per cent of what is
-//! in an L-box. With a [`Rest::level_rate`] it is the levels that must stay, over the longer window, and half of the fluid that must be slow.
+//! in an L-box. With a [`Rest::level_rate`] fluid is also at rest if half of it is slow and the levels stay, over the longer window.
 //!
 //! Both windows must be full, since fluid that has only just been released is slow too. The longer one is needed because a
 //! spread grows by small jumps, as one cell after the other fills at the front: between two of them the rate over one
@@ -47,7 +47,8 @@ struct Moment {
     time: f64,
     spread: Option<f64>,
     levels: Vec<f64>,
-    speed: f64,
+    /// Median of the speed, and its 99th percentile.
+    speeds: [f64; 2],
 }
 
 impl RestWatch {
@@ -57,7 +58,7 @@ impl RestWatch {
             time: readings.time,
             spread: readings.spread.map(|spread| spread.mean),
             levels: readings.levels.iter().map(|(_, level)| *level).collect(),
-            speed: if rest.level_rate.is_some() { readings.speed_p50 } else { readings.speed_p99 },
+            speeds: [readings.speed_p50, readings.speed_p99],
         });
         // The reading at or just before the window's start stays, so that a full window can be told.
         let start = readings.time - spread_window(rest, readings.time);
@@ -72,19 +73,22 @@ impl RestWatch {
             return false;
         };
         let start = last.time - speed_window(rest);
-        let slow = |moment: &Moment| moment.speed < rest.speed;
-        let before = self.window.iter().rev().find(|moment| moment.time <= start);
+        let slow = |which: usize| {
+            let slow = |moment: &Moment| moment.speeds[which] < rest.speed;
+            let before = self.window.iter().rev().find(|moment| moment.time <= start);
+            before.is_some_and(slow)
+                && self.window.iter().rev().take_while(|moment| moment.time > start).all(slow)
+        };
+        let levels_stay = |limit: f64| {
+            let mut rates =
+                (0..last.levels.len()).filter_map(|n| self.rate(|moment| moment.levels.get(n).copied()));
+            rates.all(|rate| rate.abs() < limit)
+        };
         last.time - first.time >= spread_window(rest, last.time)
-            && before.is_some_and(slow)
-            && self.window.iter().rev().take_while(|moment| moment.time > start).all(slow)
+            && (slow(1) || rest.level_rate.is_some_and(|limit| slow(0) && levels_stay(limit)))
             && self.rate(|moment| moment.spread).is_none_or(|rate| {
                 let growth = rest.growth * last.spread.unwrap_or(0.0);
                 rate.abs() < rest.spread_rate && rate.abs() * last.time < growth
-            })
-            && rest.level_rate.is_none_or(|limit| {
-                let mut rates =
-                    (0..last.levels.len()).filter_map(|n| self.rate(|moment| moment.levels.get(n).copied()));
-                rates.all(|rate| rate.abs() < limit)
             })
     }
 
@@ -225,6 +229,8 @@ mod tests {
         // Half of the fluid is slow for a second from 0.7 s on.
         assert_eq!(rests_at(levels, |_| 0.08), Some(1.7));
         assert_eq!(rests_at(REST, |_| 0.08), None);
+        // Fluid that is slow as a whole rests, whatever the levels.
+        assert!(rests_at(Rest { speed: 6e-3, ..levels }, |t| 0.08 + 1e-4 * t).is_some());
         assert_eq!(rests_at(levels, |t| 0.08 + 1e-4 * t), None);
         // It rises by 0.1 mm/s until 8 s; the line through the last fifth is flat soon after.
         let end = rests_at(levels, |t| 0.08 + 1e-4 * t.min(8.0)).unwrap();

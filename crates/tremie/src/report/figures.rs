@@ -396,7 +396,7 @@ fn speeds(evidence: &Evidence) -> Option<anyhow::Result<Figure>> {
     let caption = match rule.map(|rest| rest.level_rate) {
         Some(None) => "Speed of the fluid against time. At rest 99 % of it is slower than the dashed line.",
         Some(Some(_)) => {
-            "Speed of the fluid against time. At rest half of it is slower than the dashed line, and the levels stay."
+            "Speed of the fluid against time. At rest 99 % of it is slower than the dashed line, or half of it while the levels stay."
         }
         None => "Speed of the fluid against time.",
     };

@@ -82,20 +82,13 @@ pub(super) fn warnings(evidence: &Evidence) -> Vec<String> {
     );
     let time = significant(summary.readings.time);
     match (summary.end_reason, evidence.case.stop.rest) {
-        (EndReason::Time, Some(rest)) => {
-            let readings = &summary.readings;
-            let (share, speed) = match rest.level_rate {
-                Some(_) => ("half", readings.speed_p50),
-                None => ("99 %", readings.speed_p99),
-            };
-            warn(
-                true,
-                format!(
-                    "The fluid had not come to rest when the stop time was reached at {time} s; {share} of it was slower than {} mm/s. Raise `time` under [stop] and resume the run.",
-                    significant(1e3 * speed)
-                ),
-            );
-        }
+        (EndReason::Time, Some(_)) => warn(
+            true,
+            format!(
+                "The fluid had not come to rest when the stop time was reached at {time} s; 99 % of it was slower than {} mm/s. Raise `time` under [stop] and resume the run.",
+                significant(1e3 * summary.readings.speed_p99)
+            ),
+        ),
         (EndReason::Interrupted, _) => {
             warn(true, format!("The run was interrupted at {time} s; `tremie resume` goes on with it."));
         }
