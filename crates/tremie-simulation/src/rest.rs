@@ -46,9 +46,14 @@ pub struct RestWatch {
 struct Moment {
     time: f64,
     spread: Option<f64>,
+    /// 99th percentile of the speed.
+    speed: f64,
+    // Checkpoints of older runs have neither of these.
+    #[serde(default)]
     levels: Vec<f64>,
-    /// Median of the speed, and its 99th percentile.
-    speeds: [f64; 2],
+    /// Median of the speed.
+    #[serde(default)]
+    median: Option<f64>,
 }
 
 impl RestWatch {
@@ -58,7 +63,8 @@ impl RestWatch {
             time: readings.time,
             spread: readings.spread.map(|spread| spread.mean),
             levels: readings.levels.iter().map(|(_, level)| *level).collect(),
-            speeds: [readings.speed_p50, readings.speed_p99],
+            speed: readings.speed_p99,
+            median: Some(readings.speed_p50),
         });
         // The reading at or just before the window's start stays, so that a full window can be told.
         let start = readings.time - spread_window(rest, readings.time);
@@ -73,8 +79,8 @@ impl RestWatch {
             return false;
         };
         let start = last.time - speed_window(rest);
-        let slow = |which: usize| {
-            let slow = |moment: &Moment| moment.speeds[which] < rest.speed;
+        let slow = |speed: fn(&Moment) -> Option<f64>| {
+            let slow = |moment: &Moment| speed(moment).is_some_and(|speed| speed < rest.speed);
             let before = self.window.iter().rev().find(|moment| moment.time <= start);
             before.is_some_and(slow)
                 && self.window.iter().rev().take_while(|moment| moment.time > start).all(slow)
@@ -85,7 +91,8 @@ impl RestWatch {
             rates.all(|rate| rate.abs() < limit)
         };
         last.time - first.time >= spread_window(rest, last.time)
-            && (slow(1) || rest.level_rate.is_some_and(|limit| slow(0) && levels_stay(limit)))
+            && (slow(|moment| Some(moment.speed))
+                || rest.level_rate.is_some_and(|limit| slow(|moment| moment.median) && levels_stay(limit)))
             && self.rate(|moment| moment.spread).is_none_or(|rate| {
                 let growth = rest.growth * last.spread.unwrap_or(0.0);
                 rate.abs() < rest.spread_rate && rate.abs() * last.time < growth
@@ -235,6 +242,13 @@ mod tests {
         // It rises by 0.1 mm/s until 8 s; the line through the last fifth is flat soon after.
         let end = rests_at(levels, |t| 0.08 + 1e-4 * t.min(8.0)).unwrap();
         assert!((8.5..10.0).contains(&end), "{end}");
+    }
+
+    #[test]
+    fn checkpoints_that_know_no_levels_are_read() {
+        let older = r#"{"window":[{"time":1.0,"spread":null,"speed":0.002}]}"#;
+        let watch: RestWatch = serde_json::from_str(older).unwrap();
+        assert!(!watch.reached(&Rest { level_rate: Some(1.0), ..REST }));
     }
 
     #[test]
