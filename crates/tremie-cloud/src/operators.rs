@@ -31,6 +31,8 @@ use crate::{Dimension, Matrix, Neighbours};
 
 /// Least share of the smallest over the largest extent of the neighbours, by second moments, with which gradients are told.
 const LEAST: f64 = 0.1;
+/// Share of the negative weights of a Laplacian in all of them from which on it is no longer one of a maximum principle, even roughly.
+const NEGATIVE: f64 = 0.2;
 /// Share of a moment of neighbours that must be independent of the others for a Laplacian that is exact for quadratic fields.
 const SINGULAR: f64 = 1e-3;
 
@@ -169,6 +171,14 @@ impl<'a> Gradients<'a> {
             }
         };
         Some(self.around(node).map(move |(_, x, g)| g * x.dot(l + square * x)))
+    }
+
+    /// Whether few enough of the weights of a Laplacian at a node, in the order of its neighbours, are negative, of those neighbours that count.
+    pub fn mostly_positive(&self, node: usize, weights: &[f64], counts: impl Fn(usize) -> bool) -> bool {
+        let pairs = self.neighbours.of(node).iter().zip(weights).filter(|(j, _)| counts(**j as usize));
+        let (all, negative) =
+            pairs.fold((0.0, 0.0), |(all, negative), (_, c)| (all + c.abs(), negative - c.min(0.0)));
+        negative <= NEGATIVE * all
     }
 
     /// The factors of these powers of x in c/g, if some of the powers are the squares.

@@ -32,6 +32,13 @@ pub struct Source {
     pub wall: Option<usize>,
 }
 
+impl Source {
+    /// Its velocity gradient, by those of particles.
+    pub fn gradient(&self, of: &[DMat3]) -> DMat3 {
+        self.turn * of[self.of] * self.mirror.transpose()
+    }
+}
+
 /// Particles, their images behind them, and who is near whom.
 pub struct Surroundings {
     /// A plane or space.

@@ -9,8 +9,6 @@ use crate::nodes::Operators;
 /// Reach of kernels in spacings: so far exact Laplacians need neighbours; and that of the paper.
 const REACH: f64 = 2.1;
 const PAPER: f64 = 1.6;
-/// Share of the negative weights of a Laplacian in all of them from which on the paper's is taken.
-const NEGATIVE: f64 = 0.2;
 
 /// Share of what a pressure drives apart around a node up to which the node itself may be pushed into its neighbours; at 1 it does nothing. The paper knows no such rule.
 const AGAINST: f64 = 0.5;
@@ -83,13 +81,7 @@ impl<'a> Stencils<'a> {
         let natural = 2.0 * around.dimension.number() as f64 / whole;
         let (_, laplacians) = near.told(|a, to: &mut [f64]| {
             // Whether few enough of the weights are negative, but for those of its own images, which tell nothing of a pressure.
-            let good = |to: &[f64]| {
-                let others = near.of(a).iter().zip(to).filter(|(n, _)| around.of(**n as usize) != a);
-                let sums =
-                    |(all, negative): (f64, f64), (_, c): (_, &f64)| (all + c.abs(), negative - c.min(0.0));
-                let (all, negative) = others.fold((0.0, 0.0), sums);
-                negative <= NEGATIVE * all
-            };
+            let good = |to: &[f64]| gradients.mostly_positive(a, to, |n| around.of(n) != a);
             let exact = !surface[a] && operators == Operators::Exact;
             if let Some(weights) = exact.then(|| gradients.exact_laplacian(a)).flatten() {
                 to.iter_mut().zip(weights).for_each(|(to, c)| *to = c);

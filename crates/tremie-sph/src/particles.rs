@@ -13,7 +13,9 @@
 //! Wu (2016) takes the gradient where particles are at the end, by which a vortex turning at omega loses dt omega^2/2 of its energy in a time; half-way it loses nothing, as by
 //! leap-frogging. The velocities become those of the fluid at x'.
 
-use tremie_cloud::{Dimension, Failure, Follower, Gradients, Source, Space, Surroundings, reorder};
+use tremie_cloud::{
+    Dimension, Failure, Follower, Gradients, Source, Space, Surroundings, reorder, sharpened,
+};
 use tremie_numerics::{DMat3, DVec3};
 use tremie_rheology::FlowCurve;
 
@@ -325,7 +327,9 @@ pub(crate) fn longest_fall(length: f64, gravity: DVec3) -> f64 {
 /// Shear rates sqrt(2 E:E) in 1/s of velocities in m/s.
 pub(crate) fn shear_rates(around: &Surroundings, gradients: &Gradients, velocities: &[DVec3]) -> Vec<f64> {
     let all = around.velocities(velocities);
-    around.each(|a| norm_of_strain(gradients.velocity_gradient(a, &all)))
+    let found = around.each(|a| gradients.velocity_gradient(a, &all));
+    let seen = |_, n: usize| around.sources[n].gradient(&found);
+    sharpened(around, gradients, &found, seen).into_iter().map(norm_of_strain).collect()
 }
 
 /// The shear rate sqrt(2 E:E) in 1/s of a velocity gradient.

@@ -10,7 +10,8 @@
 //! Particles are moved back to where they fill the volume evenly, too (`tremie_cloud::crowding`).
 //!
 //! The Laplacian of Wu (2016, Eq. 20) is wrong for linear fields where part of the kernel is empty, which is two rows of particles below a surface, and wrong everywhere on disordered particles; so
-//! the weights of its pairs are corrected as those of Lagrangian differencing dynamics are (`tremie_cloud::Gradients::laplacian`), and a hydrostatic pressure is exact on any cloud.
+//! the weights of its pairs are corrected to be exact for quadratic fields (`tremie_cloud::Gradients::exact_laplacian`), as those of Lagrangian differencing dynamics are here, or for linear ones where
+//! many would be negative. A hydrostatic pressure is exact on any cloud.
 //!
 //! Such operators are not each other's adjoints as those of the paper are, which alone keeps energy from growing; where neighbours are on one side only a pressure would even drive apart what
 //! it should hold together. So whoever has neighbours on one side only is at the surface.
@@ -46,6 +47,14 @@ pub(crate) struct Poisson<'a> {
     given: Vec<bool>,
 }
 
+/// Weights of the Laplacian at a particle, in the order of its neighbours, in 1/m2; none where it cannot be told.
+fn laplacian(around: &Surroundings, gradients: &Gradients, a: usize) -> Option<Vec<f64>> {
+    let exact: Option<Vec<f64>> = gradients.exact_laplacian(a).map(Iterator::collect);
+    // Its own images tell nothing of a pressure.
+    let good = |c: &Vec<f64>| gradients.mostly_positive(a, c, |n| around.of(n) != a);
+    exact.filter(good).or_else(|| Some(gradients.laplacian(a)?.collect()))
+}
+
 /// What an image's pressure in Pa is more than that of its particle: the weight of the fluid between them.
 fn weight(fluid: &Fluid, source: &Source) -> f64 {
     fluid.density * fluid.gravity.dot(source.off)
@@ -59,7 +68,8 @@ impl<'a> Poisson<'a> {
         // Without a surface values are known but for a constant.
         let pinned = !surface.contains(&true);
         let row = |a: usize| {
-            let weights = if surface[a] || (pinned && a == 0) { None } else { gradients.laplacian(a) };
+            let weights =
+                if surface[a] || (pinned && a == 0) { None } else { laplacian(around, &gradients, a) };
             let Some(weights) = weights else { return (1.0, Vec::new(), None) };
             let (mut own, mut others, mut right) = (0.0, Vec::<(u32, f64)>::new(), 0.0);
             for ((_, _, source), c) in around.around(a).zip(weights) {

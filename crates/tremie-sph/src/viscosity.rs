@@ -4,7 +4,8 @@
 //!     rho/dt (u_a - u_a^n) = F_a + sum_b V 2 (d + 2) S_ab mu_ab (u_a - u_b) . x_ab f(r) x_ab / (r^2 + eta^2)
 //! ```
 //!
-//! with `mu_ab` the harmonic mean, S what the pairs stand for and F what else pushes, in N/m3; on the right are the new velocities, or where the step is explicit the old ones. The radial form (Monaghan 2005; Espanol and Revenga 2003) stands for
+//! with `mu_ab` the harmonic mean, S what the pairs stand for and F what else pushes, in N/m3. On the right are new and old velocities: half of the stress should be of each, as both are those of one half of the way. As much is of the old ones as the stiffest particle bears, whom it must
+//! not throw beyond their mean: a half up to a viscosity of rho/dt over what multiplies it, hardly any where fluid is stiff; the same share for all, or pairs would not act as they are acted on. Explicit steps take all of it. The radial form (Monaghan 2005; Espanol and Revenga 2003) stands for
 //! div(2 mu E), with what varies of mu, and conserves both momenta.
 //!
 //! With `f = -W'/r` of the kernel shear along the axes of a lattice would meet 0.89 of the viscosity, as sums over neighbours stand for integrals, and shear at 45 degrees to them as much too much: the
@@ -12,8 +13,8 @@
 //! both, and wherever the rows of a lattice are that slide along each other.
 //!
 //! A particle at the surface has half of the pairs of others, and would bear half of the stress along it. So pairs stand for more where
-//! some are missing, `S_ab = (S_a + S_b)/2` with S_a the sum of f r^2 of a lattice over that around a: then what a particle dissipates is that of its shear rate, and still no stress goes through the surface. Across the surface forces
-//! on particles there are raised, and pressures push them as much (`tremie_cloud::stiffness`).
+//! some are missing, `S_ab = (S_a + S_b)/2` with S_a the sum of f r^2 of a lattice over that around a: then what a particle dissipates is that of its shear rate, and still no stress goes through the surface. So they stand for less where
+//! particles crowd; if only for more, the fluid would be too viscous, by 0.5 % in Taylor's vortices. Across the surface forces on particles there are raised, and pressures push them as much (`tremie_cloud::stiffness`).
 //!
 //! Among disordered particles these forces are not zero where the shear rate is even, and what they set in motion makes the fluid too thin, by 1.2 % in Taylor's vortices. So where a particle has neighbours
 //! on all sides each is weighed by `1 - x_ab . b_a`, with the b of module `tremie_cloud::operators` for these weights, as in the Laplacian of Lagrangian differencing dynamics: 0.1 %. Right
@@ -27,6 +28,8 @@ use tremie_numerics::{DMat3, DVec3};
 
 const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 2e-7, iterations: 2000 };
 
+/// Largest share of the stress that is of the old velocities.
+const OLD: f64 = 0.5;
 /// The share of a smoothing length that is added to distances where they divide (Wu 2016: eta = 0.01 h).
 const SOFT: f64 = 0.01;
 /// What the pairs of a particle stand for at most, over those in the midst of a lattice: as many are left in a corner of right angles in a plane, or along such an edge in space.
@@ -36,6 +39,8 @@ const CORNER: f64 = 4.0;
 pub(crate) struct System<'a, const D: usize, const M: usize> {
     around: &'a Surroundings,
     matrix: Matrix<D>,
+    /// The largest of what multiplies the velocity of a particle itself, in Pa s/m2.
+    stiffest: f64,
     /// What walls that move push, in N/m3.
     carried: Vec<f64>,
 }
@@ -98,7 +103,7 @@ fn pairs<'a>(around: &'a Surroundings, viscosity: &'a [f64]) -> impl Fn(DVec3, u
     let share = |x: DVec3| around.volume * weight(x.length()) * x.length_squared();
     let stands_for = around.each(|a| {
         let found: f64 = around.around(a).map(|(_, x, _)| share(x)).sum();
-        (whole / found).clamp(1.0, CORNER)
+        (whole / found).min(CORNER)
     });
     move |x, a, b| {
         let r = x.length();
@@ -205,9 +210,11 @@ impl<'a, const D: usize, const M: usize> System<'a, D, M> {
             (entries(row.own), others, flat::<D>(row.carried))
         };
         let rows = around.each(row);
+        let stiff = |own: &Block<D>| (0..D).map(|k| own[k][k]).sum::<f64>() / D as f64;
+        let stiffest = rows.iter().map(|(own, ..)| stiff(own)).fold(0.0, f64::max);
         let carried = rows.iter().flat_map(|(_, _, carried)| *carried).collect();
         let matrix = Matrix::from_blocks(rows.into_iter().map(|(own, others, _)| (own, others)));
-        Self { around, matrix, carried }
+        Self { around, matrix, stiffest, carried }
     }
 
     /// Brings velocities in m/s to the end of a step of `step` in s under forces in N/m3, all at once unless it is `explicit`; gives the iterations that it took.
@@ -233,10 +240,16 @@ impl<'a, const D: usize, const M: usize> System<'a, D, M> {
         step: f64,
     ) -> Result<usize, Failure> {
         let (around, rate) = (self.around, density / step);
-        self.matrix.shift(rate);
-        let pushed = forces.iter().zip(&*velocities).flat_map(|(force, u)| flat::<D>(rate * *u + *force));
-        let right: Vec<f64> = pushed.zip(&self.carried).map(|(pushed, carried)| pushed + carried).collect();
+        let share = 1.0 - (rate / self.stiffest).min(OLD);
         let mut new: Vec<f64> = velocities.iter().flat_map(|u| flat::<D>(*u)).collect();
+        let mut braked = vec![0.0; new.len()];
+        self.matrix.times(&new, &mut braked);
+        self.matrix.shift(rate / share);
+        let pushed = forces.iter().flat_map(|force| flat::<D>(*force)).zip(&self.carried);
+        let right = pushed.zip(new.iter().zip(&braked)).map(|((force, carried), (u, braked))| {
+            (rate * u + force + carried - (1.0 - share) * braked) / share
+        });
+        let right: Vec<f64> = right.collect();
         let places = &around.positions[..around.number];
         let multigrid = Multigrid::<D, M>::new(&self.matrix, places, around.spacing);
         let solved = solve(&self.matrix, Some(&multigrid), &right, &mut new, &SETTINGS)?;

@@ -386,7 +386,8 @@ impl Disorder {
         };
         let given = |n: usize| edge_of(self.dimension, self.nodes[n], self.spacing);
         let coefficients: Vec<f64> = self.nodes.iter().map(|at| k(*at)).collect();
-        let matrix = self.gradients().diffusion(&coefficients, given, matches!(self.weights, Weights::Exact));
+        let matrix =
+            self.gradients().diffusion(&coefficients, given, !matches!(self.weights, Weights::Paper));
         let right: Vec<f64> = (0..self.nodes.len())
             .map(|n| if given(n) { value(self.nodes[n]) } else { source(self.nodes[n]) })
             .collect();
