@@ -105,6 +105,11 @@ impl<'a> Gradients<'a> {
         others.zip(weights).map(move |(j, g)| (j, self.positions[j] - self.positions[node], *g))
     }
 
+    /// Neighbours of a node and the weights g r^2 with which gradients around make up its own.
+    pub fn extents(&self, node: usize) -> impl Iterator<Item = (usize, f64)> {
+        self.around(node).map(|(j, x, g)| (j, g * x.length_squared()))
+    }
+
     /// grad f at a node; zero where it cannot be told.
     pub fn gradient(&self, node: usize, f: &[f64]) -> DVec3 {
         let Some(b) = self.inverses[node] else { return DVec3::ZERO };

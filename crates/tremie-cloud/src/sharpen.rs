@@ -11,28 +11,30 @@
 
 use tremie_numerics::DMat3;
 
-use crate::{Gradients, Surroundings};
+use crate::Surroundings;
 
-/// The same gradients sharpened, of particles to whom neighbours, images among them, seem to have the gradients that `seen` tells of both.
-pub fn sharpened(
+/// The gradients `found` sharpened, of particles of which some are at the `surface`: by numbers and weights g r^2 of neighbours of each, images among them, and the gradient that a particle sees at one of them.
+pub fn sharpened<I: Iterator<Item = (usize, f64)>>(
     around: &Surroundings,
-    gradients: &Gradients,
+    surface: &[bool],
     found: &[DMat3],
+    neighbours: impl Fn(usize) -> I + Sync + Send,
     seen: impl Fn(usize, usize) -> DMat3 + Sync + Send,
 ) -> Vec<DMat3> {
-    let surface = around.surface(gradients);
     let d = around.dimension.number() as f64;
     around.each(|a| {
-        if surface[a] || around.near.of(a).iter().any(|n| surface[around.of(*n as usize)]) {
-            return found[a];
-        }
         let (mut sum, mut whole) = (DMat3::ZERO, 0.0);
-        for (n, x, g) in gradients.around(a) {
-            let weight = g * x.length_squared();
+        for (n, weight) in neighbours(a) {
+            if surface[around.of(n)] {
+                return found[a];
+            }
             sum += weight * seen(a, n);
             whole += weight;
         }
-        found[a] + d / (d + 2.0) * (found[a] - sum * (1.0 / whole))
+        match whole > 0.0 && !surface[a] {
+            true => found[a] + d / (d + 2.0) * (found[a] - sum * (1.0 / whole)),
+            false => found[a],
+        }
     })
 }
 
@@ -55,7 +57,13 @@ mod tests {
             let wave = std::f64::consts::TAU / (12.0 * spacing);
             let velocities: Vec<DVec3> = positions.iter().map(|at| (wave * at.z).sin() * DVec3::X).collect();
             let found = around.each(|a| gradients.velocity_gradient(a, &velocities));
-            let sharp = sharpened(&around, &gradients, &found, |_, n| found[n]);
+            let sharp = sharpened(
+                &around,
+                &around.surface(&gradients),
+                &found,
+                |a| gradients.extents(a),
+                |_, n| found[n],
+            );
             let missing = |of: &[DMat3]| {
                 let inner = (0..of.len()).filter(|n| positions[*n].abs().max_element() < 0.2);
                 inner

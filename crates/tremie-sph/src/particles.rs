@@ -222,7 +222,7 @@ impl Particles {
         // Explicit steps follow by themselves, and are too long for forces that are raised.
         let openness = match explicit {
             true => Openness::none(half.number),
-            false => Openness::new(&half, &gradients, &surface),
+            false => Openness::new(&half, &gradients, &pressure::bears(&half, &surface)),
         };
         let weight = fluid.density * fluid.gravity;
         let forces = pushed.iter().zip(&openness.open).zip(&self.pressures);
@@ -255,6 +255,7 @@ impl Particles {
             *u -= step / fluid.density * (*new - *old);
         }
         pressures.iter_mut().zip(&falls).for_each(|(p, falls)| *p -= falls);
+        poisson.settle(&mut pressures);
         let spread = poisson.spread(past, step)?;
         let places: Vec<DVec3> = go(0.5, &velocities).iter().zip(spread).map(|(at, way)| *at + way).collect();
         self.iterations = [diffusion, projection];
@@ -326,10 +327,11 @@ pub(crate) fn longest_fall(length: f64, gravity: DVec3) -> f64 {
 
 /// Shear rates sqrt(2 E:E) in 1/s of velocities in m/s.
 pub(crate) fn shear_rates(around: &Surroundings, gradients: &Gradients, velocities: &[DVec3]) -> Vec<f64> {
-    let all = around.velocities(velocities);
+    let (all, surface) = (around.velocities(velocities), around.surface(gradients));
     let found = around.each(|a| gradients.velocity_gradient(a, &all));
     let seen = |_, n: usize| around.sources[n].gradient(&found);
-    sharpened(around, gradients, &found, seen).into_iter().map(norm_of_strain).collect()
+    let sharp = sharpened(around, &surface, &found, |a| gradients.extents(a), seen);
+    sharp.into_iter().map(norm_of_strain).collect()
 }
 
 /// The shear rate sqrt(2 E:E) in 1/s of a velocity gradient.

@@ -27,6 +27,8 @@ use crate::Fluid;
 const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-7, iterations: 500 };
 /// chi of `tremie_cloud::stiffness`: radial pairs resist what diverges by three times the viscosity.
 const SHARE: f64 = 1.0;
+/// Share of the neighbours of a particle at the surface that must not be there for it to have a pressure: between the 0.36 of a thread of three rows and the 0.5 in a corner of right angles.
+const INNER: f64 = 0.4;
 /// Places need not be as exact.
 const ROUGHLY: Settings = Settings { tolerance: 1e-2, ..SETTINGS };
 
@@ -45,6 +47,16 @@ pub(crate) struct Poisson<'a> {
     weights: Vec<f64>,
     /// Rows that give a value.
     given: Vec<bool>,
+}
+
+/// Which particles at the `surface` have a pressure: in threads, films and spray nearly all are there, and those that are not are too few to hold the others.
+pub(crate) fn bears(around: &Surroundings, surface: &[bool]) -> Vec<bool> {
+    let sprayed = around.sprayed();
+    around.each(|a| {
+        let near = around.near.of(a);
+        let inner = near.iter().filter(|n| !surface[around.of(**n as usize)]).count();
+        surface[a] && !sprayed[a] && inner as f64 > INNER * near.len() as f64
+    })
 }
 
 /// Weights of the Laplacian at a particle, in the order of its neighbours, in 1/m2; none where it cannot be told.
@@ -157,9 +169,10 @@ impl<'a> Poisson<'a> {
         Ok((iterations, falls))
     }
 
-    /// Takes pressures in Pa off those on whom nobody presses.
+    /// Takes pressures in Pa off those at the surface that have nobody to bear them.
     pub(crate) fn settle(&self, pressures: &mut [f64]) {
-        let alone = |a: usize| self.surface[a] && !self.gradients.tells(a);
+        let bears = bears(self.around, &self.surface);
+        let alone = |a: usize| self.surface[a] && !bears[a];
         pressures.iter_mut().enumerate().filter(|(a, _)| alone(*a)).for_each(|(_, p)| *p = 0.0);
     }
 

@@ -24,7 +24,7 @@
 
 use tremie_cloud::{
     Dimension, Failure, Gradients, Kernel, Matrix, Method, Multigrid, Neighbours, Settings, Smoothing,
-    Source, Space, Surroundings, sharpened, solve,
+    Source, Space, Surroundings, solve,
 };
 use tremie_numerics::{DMat3, DVec3};
 
@@ -179,17 +179,11 @@ impl Scene {
     }
 
     fn shear_rates(&self, gradients: &Gradients, velocities: &[DVec3]) -> Vec<f64> {
-        let found = self.around.each(|a| {
-            gradients.velocity_gradient_of(a, |n| {
+        self.around.each(|a| {
+            norm_of_strain(gradients.velocity_gradient_of(a, |n| {
                 if n == a { velocities[a] } else { self.velocity(a, n, velocities) }
-            })
-        });
-        // Wall particles go on as the particle that sees them.
-        let seen = |a: usize, n: usize| match self.opposes(a, n) {
-            Some(_) => found[a],
-            None => self.around.sources[n].gradient(&found),
-        };
-        sharpened(&self.around, gradients, &found, seen).into_iter().map(norm_of_strain).collect()
+            }))
+        })
     }
 
     /// What keeps a pair from going past each other, in Pa s/m2.

@@ -133,7 +133,7 @@ impl Openness {
         Self { raised: vec![DVec3::ZERO; number], open: vec![DVec3::ZERO; number] }
     }
 
-    /// By what gradients are formed with, of particles of which some are at the `surface`.
+    /// By what gradients are formed with, of particles of which some at the `surface` have a pressure.
     pub(crate) fn new(around: &Surroundings, gradients: &Gradients, surface: &[bool]) -> Self {
         let even = vec![1.0; around.number];
         let pair = pairs(around, &even);
