@@ -211,13 +211,13 @@ impl Particles {
         };
         let half = self.half_way(step);
         let gradients = half.gradients();
+        let surface = half.surface(&gradients);
         self.shear_rates = match known {
             Some(rates) => rates.to_vec(),
-            None => shear_rates(&half, &gradients, &self.velocities),
+            None => shear_rates(&half, &gradients, &surface, &self.velocities),
         };
         let viscosity: Vec<f64> = self.shear_rates.iter().map(|rate| fluid.viscosity(*rate)).collect();
         let pushed = pressure::slopes(&half, &gradients, &fluid, &self.pressures);
-        let surface = half.surface(&gradients);
         let explicit = self.stepping.explicit;
         // Explicit steps follow by themselves, and are too long for forces that are raised.
         let openness = match explicit {
@@ -325,12 +325,17 @@ pub(crate) fn longest_fall(length: f64, gravity: DVec3) -> f64 {
     FALL * (length / gravity.length()).sqrt()
 }
 
-/// Shear rates sqrt(2 E:E) in 1/s of velocities in m/s.
-pub(crate) fn shear_rates(around: &Surroundings, gradients: &Gradients, velocities: &[DVec3]) -> Vec<f64> {
-    let (all, surface) = (around.velocities(velocities), around.surface(gradients));
+/// Shear rates sqrt(2 E:E) in 1/s of velocities in m/s of particles of which some are at the `surface`.
+pub(crate) fn shear_rates(
+    around: &Surroundings,
+    gradients: &Gradients,
+    surface: &[bool],
+    velocities: &[DVec3],
+) -> Vec<f64> {
+    let all = around.velocities(velocities);
     let found = around.each(|a| gradients.velocity_gradient(a, &all));
     let seen = |_, n: usize| around.sources[n].gradient(&found);
-    let sharp = sharpened(around, &surface, &found, |a| gradients.extents(a), seen);
+    let sharp = sharpened(around, surface, &found, |a| gradients.extents(a), seen);
     sharp.into_iter().map(norm_of_strain).collect()
 }
 

@@ -113,7 +113,8 @@ impl Particles {
             return self.rates_in_three_steps(step);
         }
         let half = self.half_way(step);
-        shear_rates(&half, &half.gradients(), &self.velocities)
+        let gradients = half.gradients();
+        shear_rates(&half, &gradients, &half.surface(&gradients), &self.velocities)
     }
 
     /// Force in N of the fluid on the plate after a step in s.

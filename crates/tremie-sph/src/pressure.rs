@@ -27,7 +27,7 @@ use crate::Fluid;
 const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-7, iterations: 500 };
 /// chi of `tremie_cloud::stiffness`: radial pairs resist what diverges by three times the viscosity.
 const SHARE: f64 = 1.0;
-/// Share of the neighbours of a particle at the surface that must not be there for it to have a pressure: between the 0.36 of a thread of three rows and the 0.5 in a corner of right angles.
+/// Share of the neighbours of a particle at the surface that must not be there for it to have a pressure: between the 0.36 of a thread of three rows and the 0.5 in a corner of right angles, both in a plane.
 const INNER: f64 = 0.4;
 /// Places need not be as exact.
 const ROUGHLY: Settings = Settings { tolerance: 1e-2, ..SETTINGS };
@@ -40,6 +40,8 @@ pub(crate) struct Poisson<'a> {
     pub(crate) gradients: Gradients<'a>,
     /// Which particles are at the free surface.
     pub(crate) surface: Vec<bool>,
+    /// Which of them have a pressure.
+    bears: Vec<bool>,
     /// Of minus the Laplacian.
     matrix: Matrix,
     multigrid: Multigrid<1, 1>,
@@ -77,6 +79,7 @@ impl<'a> Poisson<'a> {
     pub(crate) fn new(around: &'a Surroundings, fluid: &'a Fluid) -> Self {
         let gradients = around.gradients();
         let surface = around.surface(&gradients);
+        let bears = bears(around, &surface);
         // Without a surface values are known but for a constant.
         let pinned = !surface.contains(&true);
         let row = |a: usize| {
@@ -105,7 +108,7 @@ impl<'a> Poisson<'a> {
         let given = rows.iter().map(|(_, _, right)| right.is_none()).collect();
         let matrix = Matrix::from_rows(rows.into_iter().map(|(own, others, _)| (own, others)));
         let multigrid = Multigrid::new(&matrix, &around.positions[..around.number], around.spacing);
-        Self { around, fluid, gradients, surface, matrix, multigrid, weights, given }
+        Self { around, fluid, gradients, surface, bears, matrix, multigrid, weights, given }
     }
 
     /// Finds `values` whose Laplacian is `source`; those of images are those of their particles, and where they are pressures the weight of the fluid besides. Gives the iterations.
@@ -171,8 +174,7 @@ impl<'a> Poisson<'a> {
 
     /// Takes pressures in Pa off those at the surface that have nobody to bear them.
     pub(crate) fn settle(&self, pressures: &mut [f64]) {
-        let bears = bears(self.around, &self.surface);
-        let alone = |a: usize| self.surface[a] && !bears[a];
+        let alone = |a: usize| self.surface[a] && !self.bears[a];
         pressures.iter_mut().enumerate().filter(|(a, _)| alone(*a)).for_each(|(_, p)| *p = 0.0);
     }
 

@@ -17,7 +17,7 @@
 //! particles crowd; if only for more, the fluid would be too viscous, by 0.5 % in Taylor's vortices. Across the surface forces on particles there are raised, and pressures push them as much (`tremie_cloud::stiffness`).
 //!
 //! Among disordered particles these forces are not zero where the shear rate is even, and what they set in motion makes the fluid too thin, by 1.2 % in Taylor's vortices. So where a particle has neighbours
-//! on all sides each is weighed by `1 - x_ab . b_a`, with the b of module `tremie_cloud::operators` for these weights, as in the Laplacian of Lagrangian differencing dynamics: 0.1 %. Right
+//! on all sides each is weighed by `1 - x_ab . b_a`, with the b of module `tremie_cloud::operators` for these weights, as in the Laplacian of Lagrangian differencing dynamics: 0.2 to 0.3 % in short steps. Right
 //! below a surface nothing is changed, or it would not be free of stress.
 
 use tremie_cloud::stiffness::{self, raise, raised};
