@@ -64,6 +64,9 @@ pub trait Operator: Sync {
     fn over_diagonal(&self, of: &[f64]) -> Vec<f64>;
 }
 
+/// Residual over the smallest so far from which on BiCGStab will not find back.
+const LOST: f64 = 100.0;
+
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     /// Numbers that are multiplied in one piece.
     const CHUNK: usize = 512;
@@ -189,6 +192,8 @@ fn stabilised(
     good: impl Fn(&[f64]) -> bool,
 ) -> Option<usize> {
     let shadow = r.to_vec();
+    // The best so far, and its residual.
+    let (mut best, mut least) = (x.to_vec(), dot(r, r).sqrt());
     let mut p = r.to_vec();
     let mut rho = dot(&shadow, r);
     let (mut v, mut t) = (vec![0.0; r.len()], vec![0.0; r.len()]);
@@ -211,6 +216,15 @@ fn stabilised(
         add(x, omega, &s_hat);
         add(r, -omega, &t);
         if good(r) {
+            break;
+        }
+        let size = dot(r, r).sqrt();
+        if size < 0.5 * least {
+            least = size;
+            best.copy_from_slice(x);
+        } else if size.is_nan() || size > LOST * least {
+            // It has lost its way, and begins anew from there.
+            x.copy_from_slice(&best);
             break;
         }
         let before = std::mem::replace(&mut rho, dot(&shadow, r));

@@ -22,7 +22,7 @@ use crate::Matrix;
 use crate::curve::keys;
 use crate::matrix::{Block, add_product, nodes, nodes_mut, rows};
 
-/// Couplings smaller than this share of the largest in their row are left out: those beyond the nearest neighbours of a lattice along its axes and across its squares. In space they are three of four,
+/// Couplings smaller than this share of the largest of either node are left out: those beyond the nearest neighbours of a lattice along its axes and across its squares. In space they are three of four,
 /// and without them there are about as many iterations.
 const WEAK: f64 = 0.2;
 /// By how much corrections are larger than those of constant pieces.
@@ -140,15 +140,22 @@ impl<const N: usize, const M: usize> Multigrid<N, M> {
 /// stays so.
 fn strong<const N: usize>(matrix: &Matrix<N>, order: &[u32], places: &[u32]) -> Matrix<N> {
     let size = |block: &Block<N>| block.iter().flatten().fold(0.0, |size: f64, value| size.max(value.abs()));
+    let least =
+        |row: &u32| WEAK * matrix.others(*row as usize).map(|(_, block)| size(block)).fold(0.0, f64::max);
+    let least: Vec<f64> = order.par_iter().with_min_len(CHUNK).map(least).collect();
     Matrix::build(order.len(), |row, kept| {
-        let row = order[row] as usize;
-        let least = WEAK * matrix.others(row).map(|(_, block)| size(block)).fold(0.0, f64::max);
+        let (own_least, row) = (least[row], order[row] as usize);
         let mut own = matrix.diagonal[row];
         for (column, block) in matrix.others(row) {
-            if size(block) < least {
+            let place = places[column];
+            if place == NONE {
+                continue;
+            }
+            // Stiff nodes must not lose what couples them to soft ones, or those lean on what does not lean on them.
+            if size(block) < own_least.min(least[place as usize]) {
                 own.iter_mut().flatten().zip(block.iter().flatten()).for_each(|(own, value)| *own += value);
-            } else if places[column] != NONE {
-                kept.push((places[column], *block));
+            } else {
+                kept.push((place, *block));
             }
         }
         own

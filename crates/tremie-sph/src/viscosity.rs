@@ -32,8 +32,9 @@ const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 2e-7,
 const OLD: f64 = 0.5;
 /// The share of a smoothing length that is added to distances where they divide (Wu 2016: eta = 0.01 h).
 const SOFT: f64 = 0.01;
-/// What the pairs of a particle stand for at most, over those in the midst of a lattice: as many are left in a corner of right angles in a plane, or along such an edge in space.
-const CORNER: f64 = 4.0;
+/// What the pairs of a particle stand for at most, over those in the midst of a lattice. Where it would be more, in threads and drops, they stand for themselves: what hardly leans on anything
+/// could else be told from nothing by no solver.
+const CORNER: f64 = 3.0;
 
 /// Minus div(2 mu E) of particles in D dimensions, of which pieces move and turn in M ways.
 pub(crate) struct System<'a, const D: usize, const M: usize> {
@@ -103,7 +104,8 @@ fn pairs<'a>(around: &'a Surroundings, viscosity: &'a [f64]) -> impl Fn(DVec3, u
     let share = |x: DVec3| around.volume * weight(x.length()) * x.length_squared();
     let stands_for = around.each(|a| {
         let found: f64 = around.around(a).map(|(_, x, _)| share(x)).sum();
-        (whole / found).min(CORNER)
+        let stands_for = whole / found;
+        if stands_for > CORNER { 1.0 } else { stands_for }
     });
     move |x, a, b| {
         let r = x.length();
