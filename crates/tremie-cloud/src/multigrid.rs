@@ -136,7 +136,7 @@ impl<const N: usize, const M: usize> Multigrid<N, M> {
     }
 }
 
-/// The matrix among nodes in this order, without the blocks that are smaller than [`WEAK`] of the largest beside the diagonal of their row, by their largest numbers; what they hold is added to the diagonal, so that what is even
+/// The matrix among nodes in this order, without the blocks that are smaller than [`WEAK`] of the largest beside the diagonal of either row, by their largest numbers; what they hold is added to the diagonal, so that what is even
 /// stays so.
 fn strong<const N: usize>(matrix: &Matrix<N>, order: &[u32], places: &[u32]) -> Matrix<N> {
     let size = |block: &Block<N>| block.iter().flatten().fold(0.0, |size: f64, value| size.max(value.abs()));

@@ -32,8 +32,8 @@ const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 2e-7,
 const OLD: f64 = 0.5;
 /// The share of a smoothing length that is added to distances where they divide (Wu 2016: eta = 0.01 h).
 const SOFT: f64 = 0.01;
-/// What the pairs of a particle stand for at most, over those in the midst of a lattice. Where it would be more, in threads and drops, they stand for themselves: what hardly leans on anything
-/// could else be told from nothing by no solver.
+/// What the pairs of a particle stand for at most, over those in the midst of a lattice. Where it would be more, in threads and drops, they stand for themselves, or systems are hardly
+/// to be solved. (A corner of right angles in a plane would need 4.)
 const CORNER: f64 = 3.0;
 
 /// Minus div(2 mu E) of particles in D dimensions, of which pieces move and turn in M ways.
