@@ -64,8 +64,9 @@ pub trait Operator: Sync {
     fn over_diagonal(&self, of: &[f64]) -> Vec<f64>;
 }
 
-/// Residual over the smallest so far from which on BiCGStab will not find back.
+/// Residual over the smallest so far from which on BiCGStab will not find back; and over that at the start if none was smaller yet: errors of given values spread into rows with far larger numbers at first.
 const LOST: f64 = 100.0;
+const HOPELESS: f64 = 1e12;
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     /// Numbers that are multiplied in one piece.
@@ -192,8 +193,8 @@ fn stabilised(
     good: impl Fn(&[f64]) -> bool,
 ) -> Option<usize> {
     let shadow = r.to_vec();
-    // The best so far, and its residual.
-    let (mut best, mut least) = (x.to_vec(), dot(r, r).sqrt());
+    // The best so far, its residual, and whether it is better than where this began.
+    let (mut best, mut least, mut better) = (x.to_vec(), dot(r, r).sqrt(), false);
     let mut p = r.to_vec();
     let mut rho = dot(&shadow, r);
     let (mut v, mut t) = (vec![0.0; r.len()], vec![0.0; r.len()]);
@@ -220,12 +221,14 @@ fn stabilised(
         }
         let size = dot(r, r).sqrt();
         if size < 0.5 * least {
-            least = size;
+            (least, better) = (size, true);
             best.copy_from_slice(x);
-        } else if size.is_nan() || size > LOST * least {
+        } else if better && (size.is_nan() || size > LOST * least) {
             // It has lost its way, and begins anew from there.
             x.copy_from_slice(&best);
             break;
+        } else if size > HOPELESS * least {
+            return None;
         }
         let before = std::mem::replace(&mut rho, dot(&shadow, r));
         let beta = rho / before * alpha / omega;

@@ -205,6 +205,29 @@ fn iterations_hardly_grow_with_the_number_of_nodes() {
     }
 }
 
+/// A thread or a disc in the midst whose coefficient is many times that of what is around: its only hold is what does hardly anything in its own rows.
+#[test]
+fn stiff_pieces_in_soft_surroundings_hardly_take_longer() {
+    let cloud = Cloud::new(Dimension::Two, 60, 0.1);
+    let neighbours = cloud.neighbours();
+    let gradients =
+        Gradients::new(&cloud.nodes, &neighbours, Dimension::Two, |_, _, r| cloud.kernel().weight(r));
+    let settings = Settings { tolerance: 1e-6, ..SETTINGS };
+    let right = vec![1.0; cloud.nodes.len()];
+    let iterations = |stiff: &dyn Fn(DVec3) -> bool| {
+        let k: Vec<f64> = cloud.nodes.iter().map(|at| if stiff(*at) { 1e3 } else { 1.0 }).collect();
+        let matrix = gradients.diffusion(&k, |n| cloud.edge(cloud.nodes[n]), false);
+        let multigrid = Multigrid::<1, 1>::new(&matrix, &cloud.nodes, cloud.spacing);
+        let mut x = vec![0.0; right.len()];
+        solve(&matrix, Some(&multigrid), &right, &mut x, &settings).unwrap().iterations
+    };
+    let middle = DVec3::new(0.5, 0.0, 0.5);
+    let even = iterations(&|_| false);
+    let disc = iterations(&|at| at.distance(middle) < 0.2);
+    let thread = iterations(&|at| (at.z - 0.5).abs() < 0.6 * cloud.spacing && (at.x - 0.5).abs() < 0.3);
+    assert!(disc <= 2 * even && thread <= 2 * even, "even {even}, disc {disc}, thread {thread}");
+}
+
 /// Without a multigrid.
 const DIAGONAL: Option<&Multigrid<1, 1>> = None;
 

@@ -328,6 +328,32 @@ mod tests {
         }
     }
 
+    /// Fluid that has yielded around a stiff thread that hangs into it and out of it: hardly anything in the rows of the thread tells what holds it.
+    #[test]
+    fn stiff_threads_in_soft_fluid_hardly_take_longer() {
+        let spacing = 0.02;
+        let iterations = |contrast: f64| {
+            let body = Body::Shape(Shape::Box { min: DVec3::splat(-0.5), max: DVec3::new(0.5, 0.5, 0.1) });
+            let mut positions = nodes(&body, spacing, Dimension::Two, 0.0);
+            positions.extend((0..20).map(|n| DVec3::new(0.01, 0.0, 0.11 + spacing * f64::from(n))));
+            let around = Surroundings::new(&positions, &Space::free(Dimension::Two, spacing), 0.0, 1.0);
+            let stiff = |at: &DVec3| (at.x - 0.01).abs() < 0.5 * spacing && at.z > -0.3;
+            let viscosity: Vec<f64> =
+                positions.iter().map(|at| if stiff(at) { 50.0 * contrast } else { 50.0 }).collect();
+            let gradients = around.gradients();
+            let surface = around.surface(&gradients);
+            let openness = Openness::new(&around, &gradients, &surface);
+            let forces: Vec<DVec3> =
+                positions.iter().map(|at| DVec3::new(9.0 * at.z, 0.0, -2e4 * at.x)).collect();
+            let mut velocities = vec![DVec3::ZERO; positions.len()];
+            System::<2, 3>::new(&around, &surface, &openness, &viscosity)
+                .advance(2000.0, &forces, &mut velocities, 0.01, false)
+                .unwrap()
+        };
+        let [even, stiff] = [1.0, 1e3].map(iterations);
+        assert!(stiff <= 2 * even, "{even} {stiff}");
+    }
+
     /// Share of the viscous force in the midst of a lattice that is put elsewhere.
     fn share(dimension: Dimension, spacing: f64, put: impl Fn(DVec3) -> DVec3) -> f64 {
         let body = Body::Shape(Shape::Box { min: DVec3::splat(-0.5), max: DVec3::splat(0.5) });
