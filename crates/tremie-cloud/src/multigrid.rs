@@ -2,8 +2,8 @@
 //!
 //! The nodes of a cell of space move together on the next level, which has the sum of their rows and columns (aggregation with Galerkin's coarse
 //! matrix), and so on with cells twice as large each time. What is known of nodes is the same all over the cell, and where it is a velocity the cell turns besides, about the middle
-//! of its nodes: fluid that has not yielded moves as a solid does, and drops of it spin. A cycle sweeps by Gauss and Seidel from the first node to the last, all unknowns of a node or cell at once, corrects by the
-//! next level and sweeps back. Such pieces are stiffer than what they stand for: the correction is taken [`OVER`] times (Braess 1995).
+//! of its nodes: fluid that has not yielded moves as a solid does, and drops of it spin. A cycle sweeps by Gauss and Seidel from the first node to the last, all unknowns of a node or cell at once, corrects by two cycles on the
+//! next level and sweeps back; with one on each, iterations would grow with the number of levels. Such pieces are stiffer than what they stand for: the correction is taken [`OVER`] times (Braess 1995).
 //!
 //! Nodes stand along a curve through space, so that those of a cell follow each other on all levels, and that of some thousand in a row, within which a sweep goes one after the other, few have neighbours
 //! elsewhere: of these it takes what they were before, whatever the threads do.
@@ -26,7 +26,7 @@ use crate::matrix::{Block, add_product, nodes, nodes_mut, rows};
 /// and without them there are about as many iterations.
 const WEAK: f64 = 0.2;
 /// By how much corrections are larger than those of constant pieces.
-const OVER: f32 = 1.8;
+const OVER: f32 = 1.4;
 /// Unknowns of the last level at most, and sweeps to and fro there.
 const FEW: usize = 64;
 const LAST: usize = 10;
@@ -383,6 +383,21 @@ impl<const A: usize> Grid<A> {
         [all, residual]
     }
 
+    /// b - A x
+    fn residual(&self, b: &[f32], x: &[f32]) -> Vec<f32> {
+        let mut residual = vec![0.0; b.len()];
+        let (b, x) = (nodes::<A, f32>(b), nodes::<A, f32>(x));
+        rows(nodes_mut::<A, f32>(&mut residual), |row, to| {
+            let mut seen = [0.0; A];
+            add_columns(&mut seen, &self.matrix.diagonal[row], &x[row]);
+            for (column, block) in self.matrix.others(row) {
+                add_columns(&mut seen, block, &x[column]);
+            }
+            *to = std::array::from_fn(|k| b[row][k] - seen[k]);
+        });
+        residual
+    }
+
     /// A sweep in which each run goes through its pieces as told.
     fn sweep<I: Iterator<Item = usize>>(
         &self,
@@ -449,7 +464,10 @@ fn descend<const A: usize, const M: usize>(
     let [mut x, residual] = grid.down(b);
     let coarse = next.transfer.gather(&residual);
     let rest = below.get(1..).unwrap_or_default();
-    let correction = descend(&next.grid, below.first(), rest, &coarse);
+    let again = |b: &[f32]| descend(&next.grid, below.first(), rest, b);
+    let mut correction = again(&coarse);
+    let more = again(&next.grid.residual(&coarse, &correction));
+    correction.iter_mut().zip(more).for_each(|(correction, more)| *correction += more);
     next.transfer.follow(&correction, OVER, &mut x);
     grid.sweep(b, &mut x, |run| run.rev());
     x
