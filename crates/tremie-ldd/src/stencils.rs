@@ -1,7 +1,7 @@
 //! Weights of neighbours in derivatives at a moment.
 
 use tremie_cloud::stiffness::{self, raise, raised};
-use tremie_cloud::{Dimension, Gradients, Kernel, Neighbours, Smoothing, Surroundings};
+use tremie_cloud::{Dimension, Gradients, Kernel, Neighbours, Smoothing, Surroundings, sharpened};
 use tremie_numerics::{DMat3, DVec3};
 
 use crate::nodes::Operators;
@@ -22,6 +22,7 @@ const INNER: f64 = 0.3;
 /// divergence would drive it on and on; so it is mute: its pressure is told by those around it. Who sees hardly anybody but such and the surface is at the surface itself.
 pub(crate) struct Stencils<'a> {
     pub(crate) around: &'a Surroundings,
+    operators: Operators,
     /// Who is near enough for derivatives, and the weights W.
     pub(crate) near: Neighbours,
     pub(crate) weights: Vec<f64>,
@@ -112,7 +113,19 @@ impl<'a> Stencils<'a> {
             let (open, slope) = pairs.fold((DVec3::ZERO, DVec3::ZERO), sums);
             raised(outward[a], open, slope)
         });
-        Self { around, near, weights, slopes, laplacians, surface, mute, loose, outward, raised: raise }
+        Self {
+            around,
+            operators,
+            near,
+            weights,
+            slopes,
+            laplacians,
+            surface,
+            mute,
+            loose,
+            outward,
+            raised: raise,
+        }
     }
 
     /// Numbers of a node's neighbours, their weights in its gradients, and in its Laplacian.
@@ -162,12 +175,23 @@ impl<'a> Stencils<'a> {
             });
             if sums.0 > 0.0 { sums.1 / sums.0 } else { 0.0 }
         };
+        let found = self.around.each(|a| self.velocity_gradient(a, &all));
+        let extents = |a: usize| {
+            let at = self.around.positions[a];
+            let pairs = self.near.of(a).iter().zip(&self.weights[self.near.range(a)]);
+            pairs
+                .map(move |(n, w)| (*n as usize, w * at.distance_squared(self.around.positions[*n as usize])))
+        };
+        let seen = |_, n: usize| self.around.sources[n].gradient(&found);
+        let gradients = match self.operators {
+            Operators::Exact => sharpened(self.around, &self.surface, &found, extents, seen),
+            Operators::Paper => found.clone(),
+        };
         self.around.each(|a| {
             if self.loose[a] {
                 return past(a);
             }
-            let l = self.velocity_gradient(a, &all);
-            let e = 0.5 * (l + l.transpose());
+            let e = 0.5 * (gradients[a] + gradients[a].transpose());
             (2.0 * e.to_cols_array().into_iter().map(|x| x * x).sum::<f64>()).sqrt()
         })
     }

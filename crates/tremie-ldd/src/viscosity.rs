@@ -27,7 +27,7 @@ const SETTINGS: Settings = Settings { method: Method::BiCgStab, tolerance: 1e-5,
 
 /// Viscosity times a step over density and spacing^2 up to which the diagonal alone is the preconditioner.
 const MILD: f64 = 50.0;
-/// Couplings below this share of the largest of their node are left out of the preconditioner.
+/// Couplings below this share of the largest of either node are left out of the preconditioner.
 const WEAK: f64 = 0.2;
 
 /// Largest share of the stress that is of the old velocities.
@@ -178,11 +178,11 @@ impl<'a, const D: usize, const M: usize> System<'a, D, M> {
         let (diagonal, carried) = around.each(own).into_iter().unzip();
         let largest = viscosity.iter().copied().fold(0.0, f64::max);
         let multigrid = (largest > MILD * rate * around.spacing * around.spacing).then(|| {
+            let most = around.each(|a| others(a).map(|(_, pair, ..)| pair.stiff.abs()).fold(0.0, f64::max));
             let row = |a: usize, row: &mut Vec<(u32, Block<D>)>| {
-                let most = others(a).map(|(_, pair, ..)| pair.stiff.abs()).fold(0.0, f64::max);
                 let mut own = DMat3::from_diagonal(DVec3::splat(rates[a]));
                 for (x, pair, image, of) in others(a) {
-                    let weak = pair.stiff.abs() < WEAK * most;
+                    let weak = pair.stiff.abs() < WEAK * most[a].min(most[of]);
                     if weak && image.is_none() {
                         continue;
                     }

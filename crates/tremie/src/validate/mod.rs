@@ -146,6 +146,13 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(collapse::block_at_rest, "block-isph", "case.toml"),
     benchmark!(collapse::collapse_planar_bingham, "collapse-isph", "case.toml", "reference.csv"),
     benchmark!(collapse::dam_break_water, "dam-break-isph", "case.toml", "reference.csv", "height.csv"),
+    benchmark!(
+        collapse::dam_break_bingham,
+        "dam-break-bingham-isph",
+        "case.toml",
+        "reference.csv",
+        "paper.csv"
+    ),
     benchmark!(particles::operators, "operators-ldd"),
     benchmark!(particles::hydrostatic_cloud::<tremie_ldd::Nodes>, "hydrostatic-ldd"),
     benchmark!(particles::tank, "tank-ldd", "case.toml"),
