@@ -163,7 +163,7 @@ impl<'a> Stencils<'a> {
         self.pairs(node).map(|(n, g, _)| (u[n] - u[node]).dot(g)).sum()
     }
 
-    /// Shear rates sqrt(2 E:E) in 1/s of velocities in m/s of nodes; of loose ones the mean of how fast they go past others, over the distance.
+    /// Shear rates sqrt(2 E:E) in 1/s of velocities in m/s of nodes, told sharply (`tremie_cloud::sharpened`) but with the operators of the paper; of loose ones the mean of how fast they go past others, over the distance.
     pub(crate) fn shear_rates(&self, velocities: &[DVec3]) -> Vec<f64> {
         let all = self.around.velocities(velocities);
         let past = |a: usize| {
