@@ -26,6 +26,8 @@ pub struct Source {
     pub carried: DVec3,
     /// What mirrors make of vectors.
     pub mirror: DMat3,
+    /// What walls that move add to velocities that mirrors turn.
+    pub thrown: DVec3,
     /// How far mirrors have moved it from the particle, in m.
     pub off: DVec3,
     /// The wall that it is an image in.
@@ -76,6 +78,7 @@ impl Surroundings {
             turn: one,
             carried: DVec3::ZERO,
             mirror: one,
+            thrown: DVec3::ZERO,
             off: DVec3::ZERO,
             wall: None,
         };
@@ -90,10 +93,12 @@ impl Surroundings {
             let still = seen(DVec3::ZERO);
             let turn =
                 DMat3::from_cols(seen(DVec3::X) - still, seen(DVec3::Y) - still, seen(DVec3::Z) - still);
+            let mirror = flipped(image.normal);
             sources.push(Source {
                 turn: turn * parent.turn,
                 carried: turn * parent.carried + still,
-                mirror: flipped(image.normal) * parent.mirror,
+                mirror: mirror * parent.mirror,
+                thrown: mirror * parent.thrown + 2.0 * velocity.dot(image.normal) * image.normal,
                 off: image.at - particles[parent.of],
                 wall: Some(number),
                 ..parent
@@ -172,6 +177,13 @@ impl Surroundings {
         of.iter().copied().chain(self.sources[self.number..].iter().map(image)).collect()
     }
 
+    /// The same where images have what mirrors make of their velocities, as if no wall had friction: what is in front of a wall is then without divergence if what is behind it is. What images have for friction, odd along the wall and
+    /// across it, is not. (Even across it, it would be, but nothing would keep fluid from going through.)
+    pub fn reflected(&self, of: &[DVec3]) -> Vec<DVec3> {
+        let image = |source: &Source| source.mirror * of[source.of] + source.thrown;
+        of.iter().copied().chain(self.sources[self.number..].iter().map(image)).collect()
+    }
+
     /// What gradients are formed with: exact for linear fields.
     pub fn gradients(&self) -> Gradients<'_> {
         let weight = |_, _, distance: f64| -self.volume * self.kernel.slope(distance) / distance;
@@ -220,7 +232,46 @@ fn visible(
 
 #[cfg(test)]
 mod tests {
+    use tremie_geometry::{Body, Motion, Shape};
+
     use super::*;
+    use crate::Wall;
+
+    /// Fluid that sticks to a floor and is drawn along it, `u = c x z, w = -c z^2/2`, and is sheared besides: the divergence is what disorder leaves of it, and does not see the floor.
+    #[test]
+    fn walls_do_not_swell_fluid() {
+        let (c, shear, spacing) = (3.0, 40.0, 0.05);
+        let floor = Shape::HalfSpace { point: DVec3::ZERO, normal: DVec3::Z };
+        let floor = Wall {
+            body: Body::Shape(floor),
+            motion: Motion::REST,
+            sliding: DVec3::ZERO,
+            slip_length: 0.0,
+            hides: false,
+        };
+        let space = Space { walls: vec![floor], ..Space::free(Dimension::Two, spacing) };
+        // Rows that lean, as they do where they slide along each other.
+        let at = |n: usize| {
+            let (i, k) = (n % 41, n / 41);
+            spacing * DVec3::new(i as f64 - 20.0 + 0.3 * k as f64, 0.0, k as f64 + 0.5)
+        };
+        let positions: Vec<DVec3> = (0..41 * 12).map(at).collect();
+        let velocity = |at: &DVec3| DVec3::new((c * at.x + shear) * at.z, 0.0, -0.5 * c * at.z * at.z);
+        let around = Surroundings::new(&positions, &space, 0.0, 1.0);
+        let velocities: Vec<DVec3> = positions.iter().map(velocity).collect();
+        let gradients = around.gradients();
+        let first: Vec<usize> =
+            (0..positions.len()).filter(|n| positions[*n].abs().max_element() < 0.2).collect();
+        let most = |of: &dyn Fn(usize) -> f64| first.iter().map(|n| of(*n).abs()).fold(0.0, f64::max);
+        let divergence = |seen: Vec<DVec3>| {
+            most(&|a| {
+                let l = gradients.velocity_gradient(a, &seen);
+                l.x_axis.x + l.z_axis.z
+            })
+        };
+        let [told, odd] = [around.reflected(&velocities), around.velocities(&velocities)].map(divergence);
+        assert!(odd > 0.2 * c * spacing && told < 0.5 * odd, "{told} {odd}");
+    }
 
     /// A drop of five with nobody else around: the one in the middle has neighbours on all sides, and still nothing to press against. In the midst of a block it has.
     #[test]

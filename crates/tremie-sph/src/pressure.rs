@@ -144,7 +144,7 @@ impl<'a> Poisson<'a> {
     ) -> Result<(usize, Vec<f64>), Failure> {
         let (around, fluid) = (self.around, self.fluid);
         let stiffness = Stiffness::new(fluid.density, around.spacing, around.dimension.number(), step);
-        let all = around.velocities(velocities);
+        let all = around.reflected(velocities);
         let weight = fluid.density * fluid.gravity;
         let pushes = around.mirrored(|source| weight + source.mirror * (pushed[source.of] - weight));
         let mut bends = vec![0.0; around.number];
@@ -188,21 +188,6 @@ impl<'a> Poisson<'a> {
         let all = around.mirrored(|source| values[source.of]);
         Ok(around.each(|a| self.gradients.gradient(a, &all)))
     }
-}
-
-/// What pressures push on a wall, in N, or N/m in a plane.
-pub(crate) fn pushes(around: &Surroundings, fluid: &Fluid, pressures: &[f64], wall: usize) -> DVec3 {
-    // r |W'| of a lattice sums up to the number of dimensions.
-    let whole = around.on_lattice(|r| -r * around.kernel.slope(r)) / around.dimension.number() as f64;
-    let of = |a: usize| {
-        let images = around.around(a).filter(|(.., source)| source.wall == Some(wall));
-        let push = |(_, x, source): (usize, DVec3, &Source)| {
-            let pressure = pressures[a] + pressures[source.of] + weight(fluid, source);
-            -pressure * around.kernel.slope(x.length()) / x.length() * x
-        };
-        images.map(push).sum::<DVec3>()
-    };
-    around.volume.powi(2) / whole * around.each(of).into_iter().sum::<DVec3>()
 }
 
 /// Gradients of pressures, in Pa/m.

@@ -126,6 +126,7 @@ impl Scene {
                 of: 0,
                 turn: DMat3::ZERO,
                 carried: velocity,
+                thrown: DVec3::ZERO,
                 mirror: DMat3::IDENTITY,
                 off: DVec3::ZERO,
                 wall: Some(particle.wall),

@@ -295,6 +295,32 @@ pub(crate) fn pulls(
     pulls
 }
 
+/// The viscous force in N/m3 that a wall bears, and with it what lies beside it: of the force on each particle the share that there is of it `beside` the wall.
+pub(crate) fn drag(
+    around: &Surroundings,
+    viscosity: &[f64],
+    velocities: &[DVec3],
+    wall: usize,
+    beside: &[f64],
+) -> DVec3 {
+    let surface = around.surface(&around.gradients());
+    let (pair, lean) = (pairs(around, viscosity), leaning(around, &surface));
+    let of = |a: usize| {
+        let drag = |(_, x, source): (usize, DVec3, &Source)| {
+            let onto_wall = if source.wall == Some(wall) { 1.0 } else { 0.0 };
+            let share = onto_wall - beside[a];
+            if share == 0.0 {
+                return DVec3::ZERO;
+            }
+            let seen = source.turn * velocities[source.of] + source.carried;
+            let block = share * (1.0 - x.dot(lean[a])) * pair(x, a, source.of);
+            block * (velocities[a] - seen)
+        };
+        around.around(a).map(drag).sum::<DVec3>()
+    };
+    around.each(of).into_iter().sum()
+}
+
 #[cfg(test)]
 mod tests {
     use std::f64::consts::PI;

@@ -146,9 +146,10 @@ impl<'a> Context<'a> {
             .collect()
     }
 
-    fn tolerance(&self, name: &str) -> anyhow::Result<Option<f64>> {
+    /// A tolerance of the benchmark.
+    pub(super) fn tolerance(&self, name: &str) -> anyhow::Result<f64> {
         let tolerance = self.definition.tolerances.get(name).copied();
-        Ok(Some(tolerance.ok_or_else(|| anyhow!("{}: no tolerance `{name}`", self.benchmark.id))?))
+        tolerance.ok_or_else(|| anyhow!("{}: no tolerance `{name}`", self.benchmark.id))
     }
 
     /// A value whose error is a share of its reference.
@@ -166,7 +167,7 @@ impl<'a> Context<'a> {
             reference,
             value,
             error: (value / reference - 1.0).abs(),
-            tolerance: self.tolerance(tolerance)?,
+            tolerance: Some(self.tolerance(tolerance)?),
         })
     }
 
@@ -186,7 +187,7 @@ impl<'a> Context<'a> {
             reference,
             value,
             error,
-            tolerance: self.tolerance(tolerance)?,
+            tolerance: Some(self.tolerance(tolerance)?),
         })
     }
 
