@@ -564,6 +564,13 @@ fn load(load: &Load, path: &str, case: &Case, document: &Document<'_>) -> Result
             "prescribe the motion of all but one",
         ));
     }
+    if let Method::Ldd(_) = case.method {
+        return Err(Fault::new(
+            place,
+            "loads do not move solids by this method",
+            "set method = \"lbm\", \"isph\" or \"sph\", or prescribe the motion: motion.uniform",
+        ));
+    }
     Ok(())
 }
 

@@ -45,8 +45,6 @@ const REPAY: u64 = 1000;
 const SORT: u64 = 100;
 /// Steps between looks at the level below inlets that stay above it.
 const LOOK: u64 = 32;
-/// How much less a load may press the fluid together than its weight, which does so at the bottom only: the volume tells how wide a pressed sample is.
-const PRESSED: f64 = 5.0;
 /// Share of the mass that solids hold by their motion that is given back whenever crumbs are looked for.
 const SETTLED: f64 = 0.1;
 
@@ -421,7 +419,7 @@ impl<T: Real> FreeSurface<T> {
             speed,
             hydrostatic_error: hydrostatic_error
                 + self.scaling.capillary_error(self.case.material.surface_tension)
-                + 3.0 * PRESSED * self.plate.map_or(0.0, |plate| plate.pressure),
+                + 3.0 * self.plate.map_or(0.0, |plate| plate.pressure),
             viscosity: self.scaling.viscosity(self.case.material.curve.plastic_viscosity()),
             fall: (2.0 * height / falling).sqrt(),
         };

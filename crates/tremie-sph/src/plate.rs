@@ -17,7 +17,7 @@
 //! with V what a particle stands for, d its distance from the plate, n the normal out of it there, p its pressure, a its acceleration, f the viscous force on it and Q that of the pairs of particles and images on the plate; o is
 //! the share of w beyond d. On layers of particles D apart w sums up to 1/D wherever the first of them is, so pressures act on all that is wet of the plate: sums over pairs of particles and their images, the gradient of the papers, see
 //! 6 % too little of it where particles have come to stand a little off. Viscous forces are those of pairs, which conserve momentum: stresses by gradients differ from them where fluid that has not yielded sticks to the plate. In
-//! three steps P is summed over the particles of the plate, as they act on those of the fluid.
+//! three steps P is the pressures' part of it, and the friction of the particles of the plate on those of the fluid.
 
 use std::f64::consts::PI;
 
@@ -126,27 +126,44 @@ impl Particles {
         shear_rates(&half, &gradients, &half.surface(&gradients), &self.velocities)
     }
 
+    /// Particles within two spacings of the plate, with their distances over that and the normal out of the plate there.
+    fn beside(&self, plate: &Plate) -> Vec<(usize, f64, DVec3)> {
+        let (standing, reach) = (self.space.standing(self.time), 2.0 * self.space.spacing);
+        let place = |(a, at): (usize, &DVec3)| {
+            let (distance, normal) = standing[plate.wall].nearest(*at);
+            (a, distance / reach, normal)
+        };
+        let all = self.positions.iter().enumerate().map(place);
+        all.filter(|(_, far, _)| (0.0..1.0).contains(far)).collect()
+    }
+
+    /// Force in N/m3 of the pressures on the plate, of particles `beside` it.
+    fn pressed(&self, beside: &[(usize, f64, DVec3)]) -> DVec3 {
+        let push = |(a, far, normal): &(usize, f64, DVec3)| {
+            let share = (PI * far).sin().powi(2) / self.space.spacing;
+            -share * self.pressures[*a] * *normal
+        };
+        beside.iter().map(push).sum()
+    }
+
     /// Force in N of the fluid on the plate after a step in s from how it was `before`.
     fn borne(&self, before: &Self, plate: &Plate, step: f64) -> DVec3 {
+        let beside = self.beside(plate);
+        let pressed = self.pressed(&beside);
         if self.three.is_some() {
-            return self.borne_by_particles(plate, step);
+            return self.space.volume() * (pressed + self.rubbed(plate, step));
+        }
+        let mut share = vec![0.0; self.positions.len()];
+        let mut held = DVec3::ZERO;
+        for (a, far, _) in beside {
+            share[a] = 1.0 - far + (2.0 * PI * far).sin() / (2.0 * PI);
+            let accelerated = (self.velocities[a] - before.velocities[a]) / step;
+            held += share[a] * self.fluid.density * (self.fluid.gravity - accelerated);
         }
         let around = Surroundings::new(&self.positions, &self.space, self.time, step);
-        let reach = 2.0 * around.spacing;
-        let near = around.images.iter().filter(|image| {
-            let own = (image.of as usize) < around.number;
-            own && image.wall as usize == plate.wall && image.distance < reach
-        });
-        let (mut beside, mut pushed) = (vec![0.0; around.number], DVec3::ZERO);
-        for image in near {
-            let (a, far) = (image.of as usize, image.distance / reach);
-            beside[a] = 1.0 - far + (2.0 * PI * far).sin() / (2.0 * PI);
-            let accelerated = (self.velocities[a] - before.velocities[a]) / step;
-            pushed += beside[a] * self.fluid.density * (self.fluid.gravity - accelerated);
-            pushed -= 2.0 / reach * (PI * far).sin().powi(2) * self.pressures[a] * image.normal;
-        }
         let viscosity: Vec<f64> = self.shear_rates.iter().map(|rate| self.fluid.viscosity(*rate)).collect();
-        around.volume * (pushed + drag(&around, &viscosity, &self.velocities, plate.wall, &beside))
+        let dragged = drag(&around, &viscosity, &self.velocities, plate.wall, &share);
+        around.volume * (pressed + held + dragged)
     }
 }
 

@@ -359,20 +359,19 @@ impl Particles {
         }
     }
 
-    /// Force in N of the fluid on the particles of the plate after a step in s.
-    pub(crate) fn borne_by_particles(&self, plate: &Plate, step: f64) -> DVec3 {
+    /// Friction in N/m3 of the fluid on the particles of the plate after a step in s.
+    pub(crate) fn rubbed(&self, plate: &Plate, step: f64) -> DVec3 {
         let scene = Scene::new(&self.positions, self, self.time, step);
         let viscosity: Vec<f64> = self.shear_rates.iter().map(|rate| self.fluid.viscosity(*rate)).collect();
         let of = |a: usize| {
             let mine = scene.around.around(a).filter(|(.., source)| source.wall == Some(plate.wall));
             let pair = |(n, x, source): (usize, DVec3, &Source)| {
                 let Some(share) = scene.opposes(a, n) else { return DVec3::ZERO };
-                let pressed = self.pressures[a] + scene.pressure(a, n, x, &self.pressures);
                 let rubbed = scene.friction(x, 2.0 * viscosity[a]) * (1.0 + share);
-                scene.weight_of(x) * pressed * x + rubbed * (self.velocities[a] - source.carried)
+                rubbed * (self.velocities[a] - source.carried)
             };
             mine.map(pair).sum::<DVec3>()
         };
-        self.space.volume() * scene.around.each(of).into_iter().sum::<DVec3>()
+        scene.around.each(of).into_iter().sum()
     }
 }

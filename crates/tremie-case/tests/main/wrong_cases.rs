@@ -676,6 +676,10 @@ fn wrong_solids_are_told_at_their_place() {
         let message = refusal(&SLUMP_FLOW.replace("[lbm]", &format!("{solids}[lbm]"))).to_string();
         assert!(message.contains(says), "{message}");
     }
+    let nodes = SLUMP_FLOW.replace("\"lbm\"", "\"ldd\"");
+    let nodes = nodes.replace("[lbm]", &format!("{down}[ldd]\nspacing = \"10 mm\"\n\n[lbm]"));
+    let message = refusal(&nodes).to_string();
+    assert!(message.contains("loads do not move solids by this method"), "{message}");
     // A solid may come into the domain later.
     let late = "[[solid]]\nsphere = { centre = [\"2 m\", \"0.1 m\", \"0.1 m\"], diameter = \"20 mm\" }\n\
                 motion.uniform.velocity = [\"-0.1 m/s\", \"0 m/s\", \"0 m/s\"]\n[lbm]";

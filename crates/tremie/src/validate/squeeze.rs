@@ -4,7 +4,10 @@
 //! at a time, each closing sends sound through the sample, and only over the passage of a cell is its gap the right one. So forces at constant speeds are told from readings over the passage of one or several, by all methods.
 
 use anyhow::anyhow;
-use tremie_case::{Case, Isph, Method, PressureStep, Scheme, StrainConvention, StressStep};
+use tremie_case::{
+    Case, Isph, Ldd, LddCoupling, LddLaplacian, LddScheme, Method, PressureStep, Scheme, StrainConvention,
+    StressStep,
+};
 use tremie_geometry::{Body, Motion, Shape};
 use tremie_rheology::FlowCurve;
 use tremie_simulation::{Fluid, Snapshot};
@@ -15,7 +18,9 @@ use crate::calc::{Bingham, squeezed_in_a_plane};
 
 /// The methods that move plates.
 const METHODS: [&str; 2] = ["lbm", "isph"];
-/// The methods that do so under a load.
+/// The methods that are held against finite elements where they move evenly.
+const EVENLY: [&str; 3] = ["lbm", "isph", "ldd"];
+/// The methods that move them under a load.
 const LOADED: [&str; 3] = ["lbm", "isph", "sph"];
 /// Cells or particles over the height; and where plates close evenly.
 const OVER: [usize; 2] = [20, 10];
@@ -61,6 +66,17 @@ impl Sample {
                     largest_viscosity: None,
                     time_step: None,
                     scheme,
+                });
+            }
+            "ldd" => {
+                case.method = Method::Ldd(Ldd {
+                    spacing: size,
+                    courant: 0.3,
+                    time_step: None,
+                    coupling: LddCoupling::Incremental,
+                    scheme: LddScheme::Lagged,
+                    laplacian: LddLaplacian::Exact,
+                    largest_viscosity: None,
                 });
             }
             _ => case.method.set_resolution(size),
@@ -355,7 +371,7 @@ pub(super) fn velocity(context: &Context) -> anyhow::Result<Vec<Check>> {
     for over in OVER_EVENLY {
         for (reynolds, bingham) in [(1.0, 0.5), (5.0, 0.5), (10.0, 0.5), (10.0, 1.0), (10.0, 5.0)] {
             let mut all = Vec::new();
-            for method in METHODS {
+            for method in EVENLY {
                 let mut sample = Sample::new(&case, method, over);
                 let speed = 0.1;
                 let viscosity = sample.case.material.density * speed * sample.height / reynolds;
@@ -395,12 +411,14 @@ pub(super) fn velocity(context: &Context) -> anyhow::Result<Vec<Check>> {
                 checks.extend(kept(context, &what, off)?.map(|check| finest(check, over == OVER_EVENLY[0])));
                 all.push(forces);
             }
-            for (n, height) in SHARES.iter().enumerate() {
-                let name = format!(
-                    "force over mu U at {height} H by particles, of that by the lattice, Re {reynolds}, Bingham number {bingham}, {over} over the height"
-                );
-                let check = context.relative("methods", name, "", all[0][n][0], all[1][n][0])?;
-                checks.push(finest(check, over == OVER_EVENLY[0]));
+            for (method, found) in EVENLY.iter().zip(&all).skip(1) {
+                for (n, height) in SHARES.iter().enumerate() {
+                    let name = format!(
+                        "force over mu U at {height} H by {method}, of that by the lattice, Re {reynolds}, Bingham number {bingham}, {over} over the height"
+                    );
+                    let check = context.relative("methods", name, "", all[0][n][0], found[n][0])?;
+                    checks.push(finest(check, over == OVER_EVENLY[0]));
+                }
             }
         }
     }
