@@ -177,7 +177,7 @@ impl Surroundings {
         of.iter().copied().chain(self.sources[self.number..].iter().map(image)).collect()
     }
 
-    /// The same where images have what mirrors make of their velocities, as if no wall had friction: what is in front of a wall is then without divergence if what is behind it is. What images have for friction, odd along the wall and
+    /// The same where images have what mirrors make of their velocities, as if no wall had friction: what is behind a wall is then without divergence if what is in front of it is. What images have for friction, odd along the wall and
     /// across it, is not. (Even across it, it would be, but nothing would keep fluid from going through.)
     pub fn reflected(&self, of: &[DVec3]) -> Vec<DVec3> {
         let image = |source: &Source| source.mirror * of[source.of] + source.thrown;

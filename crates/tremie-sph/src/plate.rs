@@ -17,7 +17,7 @@
 //! with V what a particle stands for, d its distance from the plate, n the normal out of it there, p its pressure, a its acceleration, f the viscous force on it and Q that of the pairs of particles and images on the plate; o is
 //! the share of w beyond d. On layers of particles D apart w sums up to 1/D wherever the first of them is, so pressures act on all that is wet of the plate: sums over pairs of particles and their images, the gradient of the papers, see
 //! 6 % too little of it where particles have come to stand a little off. Viscous forces are those of pairs, which conserve momentum: stresses by gradients differ from them where fluid that has not yielded sticks to the plate. In
-//! three steps P is the pressures' part of it, and the friction of the particles of the plate on those of the fluid.
+//! three steps friction is that of the particles of the plate on those of the fluid, without f.
 
 use std::f64::consts::PI;
 
@@ -150,9 +150,6 @@ impl Particles {
     fn borne(&self, before: &Self, plate: &Plate, step: f64) -> DVec3 {
         let beside = self.beside(plate);
         let pressed = self.pressed(&beside);
-        if self.three.is_some() {
-            return self.space.volume() * (pressed + self.rubbed(plate, step));
-        }
         let mut share = vec![0.0; self.positions.len()];
         let mut held = DVec3::ZERO;
         for (a, far, _) in beside {
@@ -160,10 +157,15 @@ impl Particles {
             let accelerated = (self.velocities[a] - before.velocities[a]) / step;
             held += share[a] * self.fluid.density * (self.fluid.gravity - accelerated);
         }
-        let around = Surroundings::new(&self.positions, &self.space, self.time, step);
-        let viscosity: Vec<f64> = self.shear_rates.iter().map(|rate| self.fluid.viscosity(*rate)).collect();
-        let dragged = drag(&around, &viscosity, &self.velocities, plate.wall, &share);
-        around.volume * (pressed + held + dragged)
+        let dragged = if self.three.is_some() {
+            self.rubbed(plate, step)
+        } else {
+            let around = Surroundings::new(&self.positions, &self.space, self.time, step);
+            let viscosity: Vec<f64> =
+                self.shear_rates.iter().map(|rate| self.fluid.viscosity(*rate)).collect();
+            drag(&around, &viscosity, &self.velocities, plate.wall, &share)
+        };
+        self.space.volume() * (pressed + held + dragged)
     }
 }
 

@@ -149,10 +149,9 @@ fn closing(
     heights.iter().map(read).collect()
 }
 
-/// The middle of a parabola by least squares, in which readings count by (1 - 4 s^2)^2 of their place s: what sound adds is taken out as an even weight would not.
+/// The middle of a parabola by least squares, as the reference is read.
 fn parabola(place: f64) -> f64 {
-    let square = 4.0 * place * place;
-    105.0 / 32.0 * (1.0 - 3.0 * square) * (1.0 - square).powi(2)
+    2.25 - 15.0 * place * place
 }
 
 /// How far the lower plate's force is from the upper one's, over that.
