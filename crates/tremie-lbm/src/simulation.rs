@@ -45,7 +45,7 @@ const REPAY: u64 = 1000;
 const SORT: u64 = 100;
 /// Steps between looks at the level below inlets that stay above it.
 const LOOK: u64 = 32;
-/// Share of the mass that solids hold by their motion that is given back whenever crumbs are looked for.
+/// Share of what solids hold by their motion beside what they should that is given back whenever crumbs are looked for.
 const SETTLED: f64 = 0.1;
 
 /// A case made ready to run by the lattice Boltzmann method, by the scheme and in the precision that it asks for.
@@ -210,7 +210,8 @@ impl<T: Real> FreeSurface<T> {
         // pressure adds to the density, the surface gives back.
         let excess = new.grid.total_mass() - new.grid.volume();
         new.grid.spread_mass(-excess);
-        new.mass = new.grid.total_mass();
+        new.ledger.swept = new.grid.left_by_walls();
+        new.mass = new.lattice_mass();
         new.volume = new.mass;
         new.begin_carried();
         new.arrange();
@@ -378,13 +379,14 @@ impl<T: Real> FreeSurface<T> {
         }
     }
 
-    /// Gives back to the interface some of what solids hold by their motion, and all of it once liquid and solids have parted.
+    /// Gives back to the interface some of what solids hold by their motion beside the parts of cells that they leave, and all of it once liquid and solids have parted.
     fn settle(&mut self) {
-        if self.ledger.swept == 0.0 {
+        let beside = self.ledger.swept - self.grid.left_by_walls();
+        if beside == 0.0 {
             return;
         }
         let share = if self.grid.solids_touch_liquid() { SETTLED } else { 1.0 };
-        let mass = share * self.ledger.swept;
+        let mass = share * beside;
         if self.grid.spread_mass(mass) {
             self.ledger.swept -= mass;
         }

@@ -58,6 +58,11 @@ impl Placed {
     fn largest_speed(&self, time: f64) -> f64 {
         self.follows.unwrap_or_else(|| self.solid.motion.largest_speed(time))
     }
+
+    /// Whether it moves at any time.
+    fn moves(&self) -> bool {
+        self.largest_speed(0.0) > 0.0
+    }
 }
 
 /// A surface that a cell is in contact with, in lattice units.
@@ -222,6 +227,22 @@ impl Solids {
             None => body.largest_speed(time),
         };
         self.bodies.iter().filter(ahead).map(speed).fold(0.0, f64::max)
+    }
+
+    /// Whether any moves, or has, or will.
+    pub(crate) fn any_moves(&self) -> bool {
+        self.bodies.iter().any(Placed::moves)
+    }
+
+    /// What one that moves leaves beside the cells that it does not cover in the column along the velocity `i`, against which it covers the next cell.
+    pub(crate) fn left_in_column(&self, at: [usize; 3], i: usize) -> f64 {
+        let to_next = -self.size * vector(i);
+        let left = |body: &Placed| {
+            let p = self.centre(at) - body.offset;
+            let covers = body.moves() && body.solid.body.signed_distance(p + to_next) < 0.0;
+            covers.then(|| body.solid.body.left_in_column(p, to_next))
+        };
+        self.bodies.iter().find_map(left).unwrap_or(0.0)
     }
 
     /// Edge of a cell in m.

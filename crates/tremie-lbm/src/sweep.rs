@@ -3,8 +3,9 @@
 //! The flow past a moving wall takes the volume that the wall sweeps: with the bounce-back of `contact`, a wall that advances presses mass into
 //! the liquid beside it, and one that recedes takes mass out, continuously, as much as the volume it sweeps. By the time a wall has come on by a
 //! cell, it has pressed in the mass of a cell, and covers a cell of liquid: that goes. And it has taken out the mass of a cell when it
-//! uncovers one, which is filled. So no pressure jumps, and what the walls hold for the time being ([`Ledger::swept`]) is less than
-//! a cell for each cell of their surface. Where the surface of the fluid meets them more may gather; it goes back to the interface little by little.
+//! uncovers one, which is filled. So no pressure jumps, and what the walls hold for the time being ([`Ledger::swept`]) is what lies
+//! between them and the faces of the cells beside them: up to half a cell, or as much less than nothing, for each cell of their surface. Where the surface of the fluid meets them other mass may gather; that goes back
+//! to the interface little by little.
 //!
 //! - An interface cell that is covered leaves its mass to the interface beside it.
 //! - An uncovered cell is liquid if it touches liquid and no air, interface if it touches both, and else air. As interface it holds what the
@@ -15,10 +16,10 @@
 
 use crate::collision::density_and_momentum;
 use crate::grid::Grid;
-use crate::lattice::{Q, W};
+use crate::lattice::{C, Q, W, opposite};
 use crate::real::Real;
 use crate::surface::{Cell, Ledger};
-use crate::topology::{AIR, EDGE, ROWS};
+use crate::topology::{AIR, CELLS, EDGE, ROWS};
 
 /// Share of an uncovered cell that the liquid beside it has to owe for a gap to be there. (A wall between two cells
 /// uncovers the next after half a cell.)
@@ -238,6 +239,34 @@ impl<T: Real> Grid<T> {
             }
         }
         liquid / all
+    }
+
+    /// Volume in cells between walls that move and the wet cells beside them (`tremie_geometry::Body::left_in_column`).
+    pub(crate) fn left_by_walls(&self) -> f64 {
+        if !self.solids.any_moves() {
+            return 0.0;
+        }
+        let has_solid = |slot: usize| self.kinds[slot].iter().any(|kinds| kinds.immersed != 0);
+        let immersed: Vec<bool> = (0..self.kinds.len()).map(has_solid).collect();
+        let near = |slot: &usize| self.links[*slot].slots.iter().any(|beside| immersed[*beside as usize]);
+        let mut left = 0.0;
+        for slot in self.slots().filter(near) {
+            for cell in 0..CELLS {
+                let fill = match (self.is_liquid((slot, cell)), self.is_interface((slot, cell))) {
+                    (true, _) => 1.0,
+                    (_, true) => self.fills[slot][(0, cell)].to_f64().clamp(0.0, 1.0),
+                    _ => continue,
+                };
+                for i in (1..Q).filter(|i| C[*i].iter().filter(|c| **c != 0).count() == 1) {
+                    // What comes in by i comes from the cell against it.
+                    let (beside, at, _) = self.links[slot].cell(cell, C[opposite(i)]);
+                    if self.kinds[beside as usize][at / EDGE].immersed >> (at % EDGE) & 1 == 1 {
+                        left += fill * self.solids.left_in_column(self.links[slot].coordinates(cell), i);
+                    }
+                }
+            }
+        }
+        left
     }
 
     /// Whether liquid touches a solid.

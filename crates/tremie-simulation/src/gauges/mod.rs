@@ -7,6 +7,7 @@
 //! fringe of its surface is mostly interpolation, and the 99th percentile must not hang on it. These cells count
 //! alike, since their fill differs by a factor of two at most.
 
+mod beside;
 mod crossing;
 mod cut;
 mod front;
@@ -35,6 +36,7 @@ use tremie_numerics::DVec3;
 
 use crate::plan::Plan;
 use crate::{Cells, Fluid, Snapshot, SolidLoad};
+use beside::Moving;
 use light::Light;
 use pressure::Pressure;
 
@@ -59,6 +61,8 @@ pub struct Gauges {
     carried: Option<(usize, String, DVec3)>,
     /// Names of the bodies, if any can come in or leave.
     bodies: Vec<String>,
+    /// The solids that move.
+    moving: Vec<Moving>,
 }
 
 /// How many bodies of a name there are, in the domain.
@@ -363,6 +367,7 @@ impl Gauges {
                 .loaded()
                 .map(|loaded| (loaded.solid, case.solids[loaded.solid].name.clone(), loaded.direction)),
             bodies: passing(case),
+            moving: Moving::all(case),
         }
     }
 
@@ -420,7 +425,7 @@ impl Gauges {
             time: snapshot.time,
             spread: self.spread.as_ref().map(|gauge| Spread::measure(cells, &height, gauge.centre)),
             top: height.max(),
-            volume: sums.fill * body,
+            volume: (sums.fill + beside::left(&self.moving, snapshot, cells)) * body,
             speed_p50: percentile(&mut speeds, 0.5),
             speed_p99: percentile(&mut speeds, 0.99),
             speed_max: percentile(&mut speeds, 1.0),

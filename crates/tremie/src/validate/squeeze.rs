@@ -111,9 +111,8 @@ impl Sample {
             let next = height - low < 1.5 * self.size;
             if next { (height - low) / self.size } else { 1.0 }
         };
-        let lattice = matches!(self.case.method, Method::Lbm(_));
-        let share = |n: usize| cells.fill[n] * if lattice { 1.0 } else { open(n) };
-        let volume: f64 = (0..cells.fill.len()).map(share).sum::<f64>() * self.size.powi(2);
+        let volume: f64 =
+            (0..cells.fill.len()).map(|n| cells.fill[n] * open(n)).sum::<f64>() * self.size.powi(2);
         [
             depth * snapshot.solids[0].force.z,
             -depth * snapshot.walls.sides[4].force.z,
