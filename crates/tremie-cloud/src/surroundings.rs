@@ -147,14 +147,6 @@ impl Surroundings {
         all.par_iter_mut().with_min_len(64).enumerate().for_each(|(particle, to)| of(particle, to));
     }
 
-    /// Share of the volume around a particle that particles stand for, by the kernel.
-    pub fn crowd(&self, particle: usize) -> f64 {
-        let at = self.positions[particle];
-        let others = self.near.of(particle).iter().map(|n| self.positions[*n as usize].distance(at));
-        let others = others.map(|distance| self.kernel.weight(distance)).sum::<f64>();
-        self.volume * (self.kernel.weight(0.0) + others)
-    }
-
     /// Integral over a lattice, its point in the middle included, of what depends on the distance in m from there.
     pub fn on_lattice(&self, of: impl Fn(f64) -> f64) -> f64 {
         let reach = (self.kernel.support() / self.spacing).ceil() as i32;

@@ -25,6 +25,8 @@ const LOADED: [&str; 3] = ["lbm", "isph", "sph"];
 /// Cells or particles over the height; and where plates close evenly.
 const OVER: [usize; 2] = [20, 10];
 const OVER_EVENLY: [usize; 2] = [40, 20];
+/// The same of samples that hardly yield: layers of a particle or two bear the load.
+const OVER_BINGHAM: [usize; 3] = [40, 20, 10];
 /// Readings during the passage of a cell.
 const READINGS: f64 = 20.0;
 /// Way over H along which forces at constant speeds are read, as those of the finite elements are.
@@ -308,7 +310,8 @@ pub(super) fn load(context: &Context) -> anyhow::Result<Vec<Check>> {
     let unit = case.material.curve.yield_stress();
     let rows = context.reference()?;
     let mut checks = Vec::new();
-    for over in OVER {
+    for over in OVER_BINGHAM {
+        let judged = |check| finest(check, over == OVER_BINGHAM[0]);
         let mut all = Vec::new();
         for method in METHODS {
             let mut found = Vec::new();
@@ -323,7 +326,7 @@ pub(super) fn load(context: &Context) -> anyhow::Result<Vec<Check>> {
                 let what = format!("{method}, Bingham number {bingham}, load {load}, {over} over the height");
                 let name = format!("height over H, {what}");
                 if bingham == 5.0 {
-                    checks.push(judged(context.at_least("creeps", name, height)?, over));
+                    checks.push(judged(context.at_least("creeps", name, height)?));
                 } else {
                     let even = at_rest(sample.half_width / sample.height, bingham, load);
                     let elements = row_with(
@@ -337,10 +340,10 @@ pub(super) fn load(context: &Context) -> anyhow::Result<Vec<Check>> {
                     )?["height_over_H"];
                     for (against, reference) in [("even sides", even), ("finite elements", elements)] {
                         let name = format!("{name}, {against}");
-                        checks.push(judged(context.relative("height", name, "", reference, height)?, over));
+                        checks.push(judged(context.relative("height", name, "", reference, height)?));
                     }
                 }
-                checks.extend(kept(context, &what, off)?.map(|check| judged(check, over)));
+                checks.extend(kept(context, &what, off)?.map(judged));
             }
             let ordered =
                 found[0] < found[1] && found[1] < found[2] && found[4] < found[0] && found[0] < found[3];
@@ -355,7 +358,7 @@ pub(super) fn load(context: &Context) -> anyhow::Result<Vec<Check>> {
                 "height over H by particles, of that by the lattice, Bingham number {}, {over} over the height",
                 [1, 4][n]
             );
-            checks.push(judged(context.relative("methods", name, "", all[0][n], all[1][n])?, over));
+            checks.push(judged(context.relative("methods", name, "", all[0][n], all[1][n])?));
         }
     }
     Ok(checks)
