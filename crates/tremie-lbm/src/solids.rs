@@ -229,9 +229,14 @@ impl Solids {
         self.bodies.iter().filter(ahead).map(speed).fold(0.0, f64::max)
     }
 
-    /// Whether any moves, or has, or will.
+    /// Those of the case that move, or have, or will; what comes in through the plate of an inlet is counted there.
+    fn moving(&self) -> impl Iterator<Item = &Placed> {
+        self.bodies[..self.plates].iter().filter(|body| body.moves())
+    }
+
+    /// Whether there are any such.
     pub(crate) fn any_moves(&self) -> bool {
-        self.bodies.iter().any(Placed::moves)
+        self.moving().next().is_some()
     }
 
     /// What one that moves leaves beside the cells that it does not cover in the column along the velocity `i`, against which it covers the next cell.
@@ -239,10 +244,10 @@ impl Solids {
         let to_next = -self.size * vector(i);
         let left = |body: &Placed| {
             let p = self.centre(at) - body.offset;
-            let covers = body.moves() && body.solid.body.signed_distance(p + to_next) < 0.0;
+            let covers = body.solid.body.signed_distance(p + to_next) < 0.0;
             covers.then(|| body.solid.body.left_in_column(p, to_next))
         };
-        self.bodies.iter().find_map(left).unwrap_or(0.0)
+        self.moving().find_map(left).unwrap_or(0.0)
     }
 
     /// Edge of a cell in m.
