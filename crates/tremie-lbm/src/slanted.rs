@@ -114,8 +114,10 @@ pub(crate) fn sliding<T: Real, R: Relaxation<T>>(
         let t = free / most;
         let area: f64 =
             contact.links().map(|i| 18.0 * W[i] * vector(i).dot(t).powi(2) * vector(i).dot(n)).sum();
-        let stress = t.dot(response * free) / (fluid.density * area.max(LEAST_AREA));
-        let slid = root(|v| v - speed(stress * (1.0 - v / most)), [0.0, most], most, FOUND);
+        // What keeps the velocity bears nothing.
+        let [alone, taken] = [t.dot(-traction - BLIND * ahead), t.dot(response * t) - BLIND];
+        let stress = |v: f64| (alone - v * taken).max(0.0) / (fluid.density * area.max(LEAST_AREA));
+        let slid = root(|v| v - speed(stress(v)), [0.0, most], most, FOUND);
         let left = ahead.dot(t) - slid;
         let least = if slid == 0.0 {
             0.0
