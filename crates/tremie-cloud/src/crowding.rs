@@ -10,7 +10,8 @@
 //! with n the share of the volume around that particles stand for, n0 that of a lattice, less right below a surface, and k the share that is taken back, as large as the way that a particle goes past others: what is at rest, or moves as a solid does, stays as it is.
 //!
 //! n sums weights K of the distances to all particles, its own place among them. As that one is never away from itself while the others are off their places in a lattice, disorder makes n larger where fluid is as dense, by about
-//! -s^2 lap K(0) over n0, s^2 being the variance along an axis: with the kernel W itself by 0.9 % in a plane and 1.2 % in space if places are off by up to a fifth of the spacing, and so much the fluid would swell. So K is W (1 + b r^2), which is flat in its middle: 0.1 % are left.
+//! -s^2 lap K(0) over n0, s^2 being the variance along an axis: with the kernel W itself by 0.9 % in a plane and 1.2 % in space if places are off by up to a fifth of the spacing, and so much the fluid would swell. So K is W (1 + b r^2), which is flat in its middle: 0.1 % are left. Near a surface it is W: what is missing there is known for that, and K hardly sees two particles that lie on each other,
+//! as where drops land.
 
 use crate::{Gradients, Smoothing, Surroundings};
 

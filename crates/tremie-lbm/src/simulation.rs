@@ -40,7 +40,7 @@ use crate::topology::{Boundary, CELLS, EDGE, Topology};
 /// Steps between looks for crumbs, for dry blocks, and for mass lost to rounding.
 const CRUMBS: u64 = 32;
 const DRY: u64 = 256;
-const REPAY: u64 = 100;
+const REPAY: u64 = 1000;
 /// Steps after which bodies are sorted by where they are.
 const SORT: u64 = 100;
 /// Steps between looks at the level below inlets that stay above it.
@@ -207,8 +207,8 @@ impl<T: Real> FreeSurface<T> {
             new.rows.clear();
         }
         // The fluid has the mass that the case gives it, although the method presses it together a little: what the
-        // pressure adds to the density, the surface gives back. Or, where it keeps its volume, that.
-        if !new.keeps_volume() {
+        // pressure adds to the density, the surface gives back. With steps that change it keeps its volume.
+        if settings(case).stepping == Stepping::Fixed {
             let excess = new.grid.total_mass() - new.grid.volume();
             new.grid.spread_mass(-excess);
         }
@@ -369,19 +369,14 @@ impl<T: Real> FreeSurface<T> {
         self.mass = self.lattice_mass();
     }
 
-    /// Whether the fluid keeps its volume, and not its mass: with each other step it is pressed together by another share, and what comes in on top, or a plate, presses together what lies below.
-    fn keeps_volume(&self) -> bool {
-        let adapts = settings(&self.case).stepping == Stepping::Adaptive;
-        adapts || !self.case.inlets.is_empty() || self.plate.is_some()
-    }
-
-    /// Gives back to the interface what rounding took, or takes what it gave, and what pressures that have changed make of the volume where that is kept.
+    /// Gives back to the interface what rounding took, or takes what it gave. (Fluid that comes in on top presses together what lies
+    /// below: that keeps its volume too.)
     fn repay(&mut self) {
         let missing = self.mass - (self.grid.total_mass() + self.ledger.swept);
         if missing != 0.0 && self.grid.spread_mass(missing) {
             self.ledger.waiting = 0.0;
         }
-        if self.keeps_volume() {
+        if !self.case.inlets.is_empty() || self.plate.is_some() {
             self.keep_volume();
         }
     }

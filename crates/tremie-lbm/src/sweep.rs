@@ -257,7 +257,8 @@ impl<T: Real> Grid<T> {
                     (_, true) => self.fills[slot][(0, cell)].to_f64().clamp(0.0, 1.0),
                     _ => continue,
                 };
-                for i in (1..Q).filter(|i| C[*i].iter().filter(|c| **c != 0).count() == 1) {
+                // The velocities along axes come first.
+                for i in 1..=6 {
                     // What comes in by i comes from the cell against it.
                     let (beside, at, _) = self.links[slot].cell(cell, C[opposite(i)]);
                     if self.kinds[beside as usize][at / EDGE].immersed >> (at % EDGE) & 1 == 1 {

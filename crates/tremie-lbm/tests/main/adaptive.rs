@@ -58,33 +58,28 @@ fn quantities(cells: &Cells) -> [Vec<f64>; 3] {
 fn a_step_that_changes_is_a_step_like_any_other() {
     let mut simulation = slump("adaptive");
     let (mut changes, mut compared) = (0, 0);
-    let mut last = cells(&*simulation);
-    // How much each quantity has changed in all steps of the present length, and how many these are: a single one may be still by chance.
-    let (mut sums, mut steps) = ([0.0; 3], 0.0);
+    // The cells before the last step and after it.
+    let mut last = [cells(&*simulation), cells(&*simulation)];
     while simulation.time() < 6.0 {
         let step = simulation.time_step();
         advance(&mut *simulation, 1);
         let now = cells(&*simulation);
-        let same_cells = last.count == now.count;
-        let [b, c] = [&last, &now].map(quantities);
-        let this = [0, 1, 2].map(|n| change(&b[n], &c[n]));
+        let [before, after] = &last;
         if simulation.time_step() != step {
             changes += 1;
             assert!((length_and_volume(&now).1 / 200.0 - 1.0).abs() < 1e-3);
-            if same_cells {
+            if before.count == after.count && after.count == now.count {
                 compared += 1;
+                let [a, b, c] = [before, after, &now].map(quantities);
                 for n in 0..3 {
+                    let (usual, this) = (change(&a[n], &b[n]), change(&b[n], &c[n]));
                     // Steps are up to twice as long from here on, so that the fields may change by twice as much.
-                    let usual = sums[n] / steps;
-                    assert!(this[n] < 2.5 * usual, "quantity {n}: {} after {usual}", this[n]);
+                    assert!(this < 2.5 * usual, "quantity {n}: {this} after {usual}");
                 }
             }
-            (sums, steps) = ([0.0; 3], 0.0);
-        } else if same_cells {
-            (0..3).for_each(|n| sums[n] += this[n]);
-            steps += 1.0;
         }
-        last = now;
+        let [_, after] = last;
+        last = [after, now];
     }
     assert!(compared > 0);
     assert!(changes > 1, "{changes}");
