@@ -94,9 +94,8 @@ fn a_short_slip_length_is_none_and_a_long_one_lets_go() {
     }
 }
 
-#[test]
-fn inclined_walls_have_the_slip_length_that_is_asked_for() {
-    // A channel 25 cells wide that rises by 4 in 11 and repeats along both axes; mean velocity of a plane Poiseuille flow with slip.
+/// The cells of a channel 25 cells wide that rises by 4 in 11 and repeats along both axes, after so many steps of 1 ms.
+fn inclined(slip: f64, viscosity: f64, drive: DVec3, steps: usize) -> tremie_simulation::Cells {
     let band = |bottom: f64| {
         format!(
             "[[solid]]\nsurface = {{ navier = {{ slip_length = \"SLIP mm\" }} }}\n\
@@ -105,25 +104,31 @@ fn inclined_walls_have_the_slip_length_that_is_asked_for() {
             bottom + 53.5936
         )
     };
+    let text = format!(
+        "[material]\ndensity = \"2000 kg/m3\"\nnewtonian.viscosity = \"{viscosity} Pa s\"\n\
+         [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"440 mm\", \"4 mm\", \"160 mm\"]\n\
+         gravity = [\"{} m/s2\", \"0 m/s2\", \"{} m/s2\"]\n\
+         sides = {{ x_min = \"periodic\", x_max = \"periodic\", y_min = \"periodic\", y_max = \"periodic\", z_min = \"periodic\", z_max = \"periodic\" }}\n\
+         [[fluid]]\nbox = {{ min = [\"-1 m\", \"-1 m\", \"-1 m\"], max = [\"1 m\", \"1 m\", \"1 m\"] }}\n{}{}{}\n\
+         [lbm]\ncell_size = \"4 mm\"\nprecision = \"f64\"\ntime_step = \"1 ms\"\n",
+        drive.x,
+        drive.z,
+        band(-160.0),
+        band(0.0),
+        band(160.0)
+    )
+    .replace("SLIP", &format!("{}", 4.0 * slip));
+    cells(&*advanced(&case(&text), steps))
+}
+
+#[test]
+fn inclined_walls_have_the_slip_length_that_is_asked_for() {
+    // Mean velocity of a plane Poiseuille flow with slip.
     let across = DVec3::new(-4.0, 0.0, 11.0).normalize();
     let along = DVec3::new(across.z, 0.0, -across.x);
     let drive = 0.01 * along;
     for slip in [0.5, 2.0] {
-        let text = format!(
-            "[material]\ndensity = \"2000 kg/m3\"\nnewtonian.viscosity = \"5 Pa s\"\n\
-             [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"440 mm\", \"4 mm\", \"160 mm\"]\n\
-             gravity = [\"{} m/s2\", \"0 m/s2\", \"{} m/s2\"]\n\
-             sides = {{ x_min = \"periodic\", x_max = \"periodic\", y_min = \"periodic\", y_max = \"periodic\", z_min = \"periodic\", z_max = \"periodic\" }}\n\
-             [[fluid]]\nbox = {{ min = [\"-1 m\", \"-1 m\", \"-1 m\"], max = [\"1 m\", \"1 m\", \"1 m\"] }}\n{}{}{}\n\
-             [lbm]\ncell_size = \"4 mm\"\nprecision = \"f64\"\ntime_step = \"1 ms\"\n",
-            drive.x,
-            drive.z,
-            band(-160.0),
-            band(0.0),
-            band(160.0)
-        )
-        .replace("SLIP", &format!("{}", 4.0 * slip));
-        let cells = cells(&*advanced(&case(&text), 5000));
+        let cells = inclined(slip, 5.0, drive, 5000);
         let (mut speed, mut parabola, mut count) = (0.0, 0.0, 0.0);
         for k in 0..cells.count[2] {
             for i in 0..cells.count[0] {
@@ -141,6 +146,18 @@ fn inclined_walls_have_the_slip_length_that_is_asked_for() {
         let found = (speed / count * 2.0 * 5.0 / (2000.0 * drive.length()) - parabola / count) / 0.1 / 0.004;
         assert!((found / slip - 1.0).abs() < 0.1, "{found} instead of {slip}");
     }
+}
+
+/// With the driving force as the square of the viscosity and time as its inverse, flows are the same, velocities as the viscosity.
+#[test]
+fn thin_fluids_slide_along_inclined_walls_as_thick_ones_do() {
+    let across = DVec3::new(-4.0, 0.0, 11.0).normalize();
+    let along = DVec3::new(across.z, 0.0, -across.x);
+    let [thick, thin] = [(5.0, 800), (0.625, 6400)].map(|(viscosity, steps): (f64, usize)| {
+        let cells = inclined(1.25, viscosity, 4e-4 * viscosity.powi(2) * along, steps);
+        cells.velocity.iter().map(|u| u.dot(along)).sum::<f64>() / viscosity
+    });
+    assert!((thin / thick - 1.0).abs() < 0.01, "{thin} {thick}");
 }
 
 #[test]
