@@ -6,7 +6,7 @@ use tremie_case::Case;
 use tremie_geometry::{Body, Motion};
 use tremie_numerics::DVec3;
 
-use crate::{Cells, Snapshot};
+use crate::Cells;
 
 /// A solid that moves.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,13 +25,13 @@ impl Moving {
     }
 }
 
-/// The volume that they leave in cells.
-pub(super) fn left(moving: &[Moving], snapshot: &Snapshot, cells: &Cells) -> f64 {
+/// The volume that they leave in cells, when the solids of the case have moved so far in m.
+pub(super) fn left(moving: &[Moving], moved: &[DVec3], cells: &Cells) -> f64 {
     let [nx, ny, nz] = cells.count;
     let placed: Vec<_> = moving
         .iter()
         .map(|one| {
-            let way = snapshot.moved.get(one.solid).copied().unwrap_or_default();
+            let way = moved.get(one.solid).copied().unwrap_or_default();
             let (low, high) = one.body.bounds();
             (&one.body, way, low + way - cells.size, high + way + cells.size)
         })
@@ -65,4 +65,27 @@ pub(super) fn left(moving: &[Moving], snapshot: &Snapshot, cells: &Cells) -> f64
         })
         .collect();
     layers.iter().sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use tremie_geometry::Shape;
+
+    use super::*;
+
+    /// Layers of cells under a plate, wherever it cuts them.
+    #[test]
+    fn fluid_under_a_plate_fills_all_below_it() {
+        let wide = DVec3::new(1.0, 1.0, 1.0);
+        let plate = Body::Shape(Shape::Box { min: DVec3::new(-1.0, -1.0, 0.0), max: wide });
+        for height in [0.301, 0.325, 0.349, 0.351, 0.375, 0.4] {
+            let wet = |k: usize| 0.1 * (k as f64 + 0.5) <= height;
+            let count = [2, 3, 5];
+            let fill = (0..30).map(|n| f64::from(u8::from(wet(n / 6)))).collect();
+            let cells = Cells { size: 0.1, count, fill, solid: vec![0; 30], ..Cells::default() };
+            let moving = [Moving { solid: 0, body: plate.clone() }];
+            let volume = cells.fill.iter().sum::<f64>() + left(&moving, &[height * DVec3::Z], &cells);
+            assert!((volume / (6.0 * height / 0.1) - 1.0).abs() < 1e-9, "{volume} at {height}");
+        }
+    }
 }

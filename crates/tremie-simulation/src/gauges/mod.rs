@@ -425,7 +425,7 @@ impl Gauges {
             time: snapshot.time,
             spread: self.spread.as_ref().map(|gauge| Spread::measure(cells, &height, gauge.centre)),
             top: height.max(),
-            volume: (sums.fill + beside::left(&self.moving, snapshot, cells)) * body,
+            volume: (sums.fill + beside::left(&self.moving, &snapshot.moved, cells)) * body,
             speed_p50: percentile(&mut speeds, 0.5),
             speed_p99: percentile(&mut speeds, 0.99),
             speed_max: percentile(&mut speeds, 1.0),
