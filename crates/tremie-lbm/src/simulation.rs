@@ -207,14 +207,12 @@ impl<T: Real> FreeSurface<T> {
             new.rows.clear();
         }
         // The fluid has the mass that the case gives it, although the method presses it together a little: what the
-        // pressure adds to the density, the surface gives back. With steps that change it keeps its volume.
-        if settings(case).stepping == Stepping::Fixed {
-            let excess = new.grid.total_mass() - new.grid.volume();
-            new.grid.spread_mass(-excess);
-        }
+        // pressure adds to the density, the surface gives back.
+        let excess = new.grid.total_mass() - new.grid.volume();
+        new.grid.spread_mass(-excess);
         new.ledger.swept = new.grid.left_by_walls();
         new.mass = new.lattice_mass();
-        new.volume = new.grid.volume() + new.ledger.swept;
+        new.volume = new.mass;
         new.begin_carried();
         new.arrange();
         new.begin_immersed();
