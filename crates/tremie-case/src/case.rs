@@ -508,6 +508,8 @@ pub struct Lbm {
     pub lattice_speed: f64,
     /// Kinematic viscosity in cells squared per time step that a chosen time step aims at.
     pub lattice_viscosity: f64,
+    /// Relaxation rate of the trace of the stress; less than 1 lets sound die away sooner.
+    pub bulk_relaxation: f64,
     /// Velocities of the populations.
     pub lattice: Lattice,
     /// How populations collide.

@@ -173,6 +173,14 @@ fn scheme(lbm: &Lbm, case: &Case, document: &Document<'_>) -> Result<(), Fault> 
         let advice = "write \"fixed\", or leave out the preset or collision";
         return clash("stepping", "only the program's own scheme can change its steps", advice);
     }
+    if lbm.bulk_relaxation != 1.0 {
+        let advice = "leave out this line, or the preset or collision";
+        return clash(
+            "bulk_relaxation",
+            "only the program's own scheme has a bulk viscosity to choose",
+            advice,
+        );
+    }
     let slides = |side: &Side| matches!(side, Side::Wall { surface, .. } if *surface != Surface::NoSlip);
     if let Some(index) = case.domain.sides.iter().position(slides) {
         return Err(Fault::new(

@@ -1610,6 +1610,12 @@ const LBM: Section<Method> = {
         "limit of the time step: kinematic viscosity in cells squared a step that it aims at",
         quantity(Dimension::NUMBER, Bound::Positive, "0.167"),
     );
+    const BULK_RELAXATION: Or<Quantity> = or(
+        "bulk_relaxation",
+        "1",
+        "relaxation rate of the trace of the stress; 0.2 lets sound die away nine times as fast, where solids that drive the fluid start at once",
+        quantity(Dimension::NUMBER, Bound::UpTo(1.0), "1"),
+    );
     const LATTICE: Or<Choice<Lattice>> = or(
         "lattice",
         "\"d3q19\"",
@@ -1649,6 +1655,7 @@ const LBM: Section<Method> = {
             &HYDROSTATIC_ERROR,
             &LATTICE_SPEED,
             &LATTICE_VISCOSITY,
+            &BULK_RELAXATION,
             &LATTICE,
             &COLLISION,
             &PRESET,
@@ -1667,6 +1674,7 @@ const LBM: Section<Method> = {
                 hydrostatic_error: t.or(&HYDROSTATIC_ERROR)?,
                 lattice_speed: t.or(&LATTICE_SPEED)?,
                 lattice_viscosity: t.or(&LATTICE_VISCOSITY)?,
+                bulk_relaxation: t.or(&BULK_RELAXATION)?,
                 lattice: *lattice,
                 collision: *collision,
                 preset: t.maybe(&PRESET)?.map(|(.., preset)| *preset),

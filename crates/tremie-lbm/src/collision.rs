@@ -8,16 +8,19 @@
 //!     P   = dev( sum c c (f - f_eq) + (u F + F u)/2 ),   q = 3/(2 rho) sqrt(2 P:P),   omega = omega(q)
 //! ```
 //!
-//! only the deviatoric stress is relaxed with `omega`; the trace and all higher even moments go to equilibrium at
+//! only the deviatoric stress is relaxed with `omega`; the trace relaxes with `omega_trace`, 1 if not told otherwise, and all higher even moments go to equilibrium at
 //! once, the odd moments relax with `omega_odd` from `(1/omega - 1/2)(1/omega_odd - 1/2) = 3/16`, which keeps a
 //! half-way wall in its place for every viscosity (Ginzburg, Verhaeghe and d'Humieres 2008). In a nearly inviscid fluid (lattice viscosity below 1/64)
 //! the rule would hardly relax them at all, and where such a flow is stretched they would grow without bounds (the foot
 //! of a dam break): there they relax at rate 1. After the collision
 //!
 //! ```text
-//!     even part:  w (rho - 1) + 9/2 w (c c - I/3) : (rho u u + (1 - omega) P + (u F + F u)/2)
+//!     even part:  w (rho - 1) + 9/2 w (c c - I/3) : (rho u u + (1 - omega) P + (1 - omega_trace) t I + (u F + F u)/2)
 //!     odd part:   (1 - omega_odd) odd + 3 w c . (omega_odd sum c g + F)
 //! ```
+//!
+//! The trace, `3 t = tr(sum c c (f - f_eq) + (u F + F u)/2)`, is what the fluid resists with when it is pressed together: its bulk viscosity is
+//! `2/9 (1/omega_trace - 1/2)` (Dellar 2001), by which sound dies away. In a flow that keeps its volume it does nothing but for errors of the order of the speed squared.
 //!
 //! An interface cell weighs what it holds, and resists by as much: its force, viscosity and yield stress are scaled by its fill,
 //! the mixture rule of volume-of-fluid methods (Hirt and Nichols 1981). Without the second half of this, interface cells
@@ -39,6 +42,7 @@
 //! if its viscosity was `n^2/(3 D)` = 40 n^2/k in lattice units, where the fluid has less than 1.
 
 use crate::immersed::TAKES;
+use crate::lanes::Lanes;
 use crate::lattice::{C, PAIRS, Q, W};
 use crate::real::{Number, Real, by_axis, larger, smaller};
 use crate::relaxation::Relaxation;
@@ -60,6 +64,23 @@ pub(crate) fn least_odd(viscosity: f64) -> f64 {
     if nearly_inviscid(viscosity) { 1.0 } else { 0.0 }
 }
 
+/// Relaxation rates that do not depend on the stress.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Rates<T> {
+    /// Least one of the odd moments.
+    pub(crate) least_odd: T,
+    /// That of the trace of the stress.
+    pub(crate) trace: T,
+}
+
+impl<T: Real> Rates<T> {
+    /// The same for the cells of a row.
+    #[inline(always)]
+    pub(crate) fn of_row(self) -> Rates<Lanes<T>> {
+        Rates { least_odd: Lanes::splat(self.least_odd), trace: Lanes::splat(self.trace) }
+    }
+}
+
 /// By how much of the friction with bodies the odd moments relax less than twice over.
 const DAMPING: f64 = 0.1;
 
@@ -78,6 +99,8 @@ pub(crate) struct Moments<T> {
     pub(crate) velocity: [T; 3],
     /// Deviatoric non-equilibrium stress P: xx, yy, zz, xy, xz, yz.
     pub(crate) stress: [T; 6],
+    /// A third of the trace of the non-equilibrium stress, t.
+    pub(crate) third_of_trace: T,
     /// The measure q of that stress.
     pub(crate) q: T,
     /// Share of the cell that holds fluid, 0 to 1.
@@ -232,17 +255,29 @@ pub(crate) fn moments<T: Number>(f: &[T; Q], held: Held<T>, drive: Drive<T>) -> 
     let normal = stress[0] * stress[0] + stress[1] * stress[1] + stress[2] * stress[2];
     let shear = stress[3] * stress[3] + stress[4] * stress[4] + stress[5] * stress[5];
     let q = inverse * (T::from_f64(4.5) * (normal + (shear + shear))).sqrt();
-    Moments { excess_density, density, momentum, force, velocity, stress, q, fill, resistance }
+    let third_of_trace = mean - T::from_f64(1.0 / 3.0) * excess_density;
+    Moments {
+        excess_density,
+        density,
+        momentum,
+        force,
+        velocity,
+        stress,
+        third_of_trace,
+        q,
+        fill,
+        resistance,
+    }
 }
 
-/// Populations after the collision, and the density; the odd moments relax at the rate `least_odd` at least.
+/// Populations after the collision, and the density.
 #[inline(always)]
 pub(crate) fn collide<T: Number, R: Relaxation<T>>(
     f: &[T; Q],
     held: Held<T>,
     drive: Drive<T>,
     law: &R,
-    least_odd: T,
+    rates: Rates<T>,
 ) -> ([T; Q], T) {
     let m = moments(f, held, drive);
     let omega = m.omega(law);
@@ -256,11 +291,12 @@ pub(crate) fn collide<T: Number, R: Relaxation<T>>(
             smaller(omega_odd, two - T::from_f64(DAMPING) * friction)
         }
     };
-    let omega_odd = larger(omega_odd, least_odd);
+    let omega_odd = larger(omega_odd, rates.least_odd);
     let keep_odd = T::from_f64(0.5) * (T::ONE - omega_odd);
     let push = by_axis(|a| omega_odd * m.momentum[a] + m.force[a]);
-    let post =
-        compose(&m, omega, push, omega_odd * (two - omega), |p| keep_odd * (f[2 * p + 1] - f[2 * p + 2]));
+    let third = (T::ONE - rates.trace) * m.third_of_trace;
+    let carry = omega_odd * (two - omega);
+    let post = compose(&m, omega, third, push, carry, |p| keep_odd * (f[2 * p + 1] - f[2 * p + 2]));
     (post, m.density)
 }
 
@@ -270,7 +306,7 @@ pub(crate) fn collide<T: Number, R: Relaxation<T>>(
 ///
 /// ```text
 ///     drho' = L^2 drho,   u' = L u,   F' = L^2 F rho'/rho
-///     q' = L^2 (q - s/2) + L s/2,   P' = P (q'/q) (rho'/rho),   omega' = L s / q'
+///     q' = L^2 (q - s/2) + L s/2,   P' = P (q'/q) (rho'/rho),   omega' = L s / q',   t' = L t rho'/rho
 /// ```
 ///
 /// The odd moments are those of a steady flow.
@@ -280,6 +316,7 @@ pub(crate) fn rescale<T: Number, R: Relaxation<T>>(
     held: Held<T>,
     drive: Drive<T>,
     law: &R,
+    trace: T,
     factor: T,
 ) -> ([T; Q], T) {
     let m = moments(f, held, drive);
@@ -296,18 +333,29 @@ pub(crate) fn rescale<T: Number, R: Relaxation<T>>(
     let velocity = by_axis(|a| factor * m.velocity[a]);
     let n = Moments { excess_density, density, force, velocity, q, stress: m.stress.map(|p| grown * p), ..m };
     let push = by_axis(|a| density * velocity[a] + half * force[a]);
-    (compose(&n, omega, push, T::from_f64(2.0) - omega, |_| T::ZERO), m.density)
+    let third = (T::ONE - trace) * factor * share * m.third_of_trace;
+    (compose(&n, omega, third, push, T::from_f64(2.0) - omega, |_| T::ZERO), m.density)
 }
 
-/// Populations with the even moments of a collision, and the odd ones made up of `3 w c . push`, what the flow carries of the
+/// Populations with the even moments of a collision, of whose trace three times `third` are left, and the odd ones made up of `3 w c . push`, what the flow carries of the
 /// stress times `carry`, and `odd` for each pair of velocities.
 #[inline(always)]
-fn compose<T: Number>(m: &Moments<T>, omega: T, push: [T; 3], carry: T, odd: impl Fn(usize) -> T) -> [T; Q] {
+fn compose<T: Number>(
+    m: &Moments<T>,
+    omega: T,
+    third: T,
+    push: [T; 3],
+    carry: T,
+    odd: impl Fn(usize) -> T,
+) -> [T; Q] {
     let number = T::from_f64;
     let (two, quarter, eighth) = (number(2.0), number(0.25), number(0.125));
     let keep = T::ONE - omega;
     let carried = product(m.velocity, by_axis(|a| m.density * m.velocity[a] + m.force[a]));
-    let tensor = by_component(|n| carried[n] + keep * m.stress[n]);
+    let mut tensor = by_component(|n| carried[n] + keep * m.stress[n]);
+    tensor[0] += third;
+    tensor[1] += third;
+    tensor[2] += third;
     let trace = tensor[0] + tensor[1] + tensor[2];
     // Weights are 12, 2 and 1 times 1/36; 9/2 of that is 1/8.
     let base = number(1.0 / 36.0) * (m.excess_density - number(1.5) * trace);
@@ -371,6 +419,8 @@ mod tests {
     const DRIVE: Drive<f64> =
         Drive { gravity: [2e-5, -1e-5, -3e-5], push: [-1e-5, 3e-5, 2e-5], friction: Some(0.5) };
 
+    const RATES: Rates<f64> = Rates { least_odd: 0.0, trace: 1.0 };
+
     /// Some populations near equilibrium.
     fn populations() -> [f64; Q] {
         let base = equilibrium::<f64>(0.004, [0.02, -0.03, 0.01]);
@@ -380,7 +430,7 @@ mod tests {
     #[test]
     fn mass_is_kept_and_momentum_gains_the_force() {
         let before = populations();
-        let (after, density) = collide(&before, Held::Whole, DRIVE, &Bingham::new(1e-4, 0.1), 0.0);
+        let (after, density) = collide(&before, Held::Whole, DRIVE, &Bingham::new(1e-4, 0.1), RATES);
         let (r0, j0) = density_and_momentum(&before);
         let (r1, j1) = density_and_momentum(&after);
         assert!((r0 - r1).abs() < 1e-15 && (density - 1.0 - r0).abs() < 1e-15);
@@ -390,11 +440,12 @@ mod tests {
     }
 
     #[test]
-    fn stress_relaxes_with_omega_and_the_trace_at_once() {
+    fn stress_relaxes_with_omega_and_the_trace_by_its_own_rate() {
         let before = populations();
         let law = Bingham::new(1e-4, 0.1);
         let m0 = moments(&before, Held::Whole, Drive::by_weight([0.0; 3]));
-        let (after, _) = collide(&before, Held::Whole, Drive::by_weight([0.0; 3]), &law, 0.0);
+        let rates = Rates { trace: 0.3, ..RATES };
+        let (after, _) = collide(&before, Held::Whole, Drive::by_weight([0.0; 3]), &law, rates);
         let m1 = moments(&after, Held::Whole, Drive::by_weight([0.0; 3]));
         let omega = law.omega(m0.q);
         assert!(omega > 0.1 && omega < 1.9);
@@ -405,14 +456,20 @@ mod tests {
             (1..Q).map(|i| f64::from(C[i].iter().map(|c| c * c).sum::<i32>()) * f[i]).sum::<f64>()
         };
         let speed2 = m0.velocity.iter().map(|u| u * u).sum::<f64>();
-        assert!((trace(&after) - m0.excess_density - m0.density * speed2).abs() < 1e-15);
+        let equilibrium = m0.excess_density + m0.density * speed2;
+        let left = |rates| {
+            let (after, _) = collide(&before, Held::Whole, Drive::by_weight([0.0; 3]), &law, rates);
+            trace(&after) - equilibrium
+        };
+        assert!((left(rates) - 0.7 * (trace(&before) - equilibrium)).abs() < 1e-15);
+        assert!(left(RATES).abs() < 1e-15);
     }
 
     #[test]
     fn equilibrium_stays() {
         let before = equilibrium::<f64>(0.004, [0.02, -0.03, 0.01]);
         for law in [Bingham::new(0.0, 0.1), Bingham::new(1e-4, 0.1)] {
-            let (after, _) = collide(&before, Held::Whole, Drive::by_weight([0.0; 3]), &law, 0.0);
+            let (after, _) = collide(&before, Held::Whole, Drive::by_weight([0.0; 3]), &law, RATES);
             for i in 0..Q {
                 assert!((after[i] - before[i]).abs() < 1e-16);
             }
@@ -428,7 +485,8 @@ mod tests {
         let mut largest = |steps: usize| {
             let mut largest = 0.0f64;
             for _ in 0..steps {
-                let post: Vec<_> = now.iter().map(|f| collide(f, Held::Whole, drive, &law, 0.0).0).collect();
+                let post: Vec<_> =
+                    now.iter().map(|f| collide(f, Held::Whole, drive, &law, RATES).0).collect();
                 for n in 0..cells {
                     now[n] = std::array::from_fn(|i| {
                         post[(n as i32 - C[i][2]).rem_euclid(cells as i32) as usize][i]
@@ -441,6 +499,43 @@ mod tests {
         let first = largest(20);
         largest(400);
         largest(20) / first
+    }
+
+    /// By how much a sound wave, `cells` long, dies away in a step.
+    fn damping(cells: usize, viscosity: f64, trace: f64) -> f64 {
+        let (law, rates) = (Bingham::new(0.0, viscosity), Rates { least_odd: 0.0, trace });
+        let wave = |n: usize| (2.0 * std::f64::consts::PI * (n as f64 + 0.3) / cells as f64).sin();
+        let mut now: Vec<[f64; Q]> =
+            (0..cells).map(|n| equilibrium(0.0, [0.0, 0.0, 1e-5 * wave(n)])).collect();
+        // The energy of the wave, which goes to and fro between speed and pressure.
+        let energy = |now: &[[f64; Q]]| {
+            let parts = now.iter().map(density_and_momentum);
+            parts.map(|(excess, momentum)| momentum[2].powi(2) + excess * excess / 3.0).sum::<f64>()
+        };
+        let (start, steps) = (energy(&now), 5 * cells);
+        for _ in 0..steps {
+            let rest = Drive::by_weight([0.0; 3]);
+            let post: Vec<_> = now.iter().map(|f| collide(f, Held::Whole, rest, &law, rates).0).collect();
+            for n in 0..cells {
+                let from = |i: usize| (n as i32 - C[i][2]).rem_euclid(cells as i32) as usize;
+                now[n] = std::array::from_fn(|i| post[from(i)][i]);
+            }
+        }
+        -0.5 * (energy(&now) / start).ln() / steps as f64
+    }
+
+    #[test]
+    fn sound_dies_away_by_bulk_and_shear_viscosity() {
+        // Stokes (1845): k^2 (4/3 nu + nu_bulk)/2, of second order in the cells.
+        for (viscosity, trace) in [(0.1, 1.0), (0.02, 0.5), (0.1, 0.2), (0.02, 0.2)] {
+            let bulk = 2.0 / 9.0 * (1.0 / trace - 0.5);
+            for (cells, tolerance) in [(120, 0.02), (240, 0.005)] {
+                let k = 2.0 * std::f64::consts::PI / cells as f64;
+                let exact = 0.5 * k * k * (4.0 / 3.0 * viscosity + bulk);
+                let found = damping(cells, viscosity, trace);
+                assert!((found / exact - 1.0).abs() < tolerance, "{viscosity}, {trace}: {found}, not {exact}");
+            }
+        }
     }
 
     #[test]
@@ -458,13 +553,13 @@ mod tests {
         let before = populations();
         let law = Bingham::new(1e-4, 0.1);
         let held = Held::Partly { mass: 0.4, least: 0.1 };
-        let (after, _) = collide(&before, held, DRIVE, &law, 0.0);
+        let (after, _) = collide(&before, held, DRIVE, &law, RATES);
         for flip in 0..8usize {
             let mirrored: [f64; Q] = std::array::from_fn(|i| before[usize::from(MIRROR[flip][i])]);
             let sign = |a: usize| if flip >> a & 1 == 1 { -1.0 } else { 1.0 };
             let of = |v: [f64; 3]| [0, 1, 2].map(|a| sign(a) * v[a]);
             let drive = Drive { gravity: of(DRIVE.gravity), push: of(DRIVE.push), ..DRIVE };
-            let (other, _) = collide(&mirrored, held, drive, &law, 0.0);
+            let (other, _) = collide(&mirrored, held, drive, &law, RATES);
             for i in 0..Q {
                 assert!((other[i] - after[usize::from(MIRROR[flip][i])]).abs() < 1e-16);
             }

@@ -25,6 +25,9 @@
 //! there is air that can come in between, on liquid: where it would have to, v.n is not the solid's but that for which p is zero. What the liquid keeps back thereby is owed by its store, until the wall uncovers a cell: then
 //! a gap is left there (`sweep`). (A mould that pulled would tear a slump cone apart: lifted at 1 m/s, by 15 kPa.)
 //!
+//! A wall that comes on presses on an interface cell by as much of its speed as the gap between it and the fluid has closed: a plate that comes down
+//! meets the fluid beside its contact cell by cell, and not as soon as it is over them.
+//!
 //! The mass that goes into steps and what comes out of them agree over a stretch of the wall, but not in every cell. So each
 //! liquid cell at a solid has a store, which gets what the solid takes from the cell by sliding or by its place, exchanges with the stores beside
 //! it, and is slowly put back into the cell: no mass is lost. At the edges of a wall along the lattice, which is no staircase, nothing comes back out elsewhere: there it is
@@ -104,7 +107,8 @@ impl<T: Real> Source<'_, T> {
             let density = 1.0 + leaving.iter().sum::<f64>();
             let (mut by_wall, mut slid, mut at_edges, mut slides) = (0.0, 0.0, 0.0, false);
             let momentum: DVec3 = (1..Q).map(|i| vector(i) * leaving[i]).sum();
-            let filled = if interface { fill[(0, cell)].to_f64().clamp(0.0, 1.0) } else { 1.0 };
+            let fill = fill[(0, cell)].to_f64();
+            let filled = if interface { fill.clamp(0.0, 1.0) } else { 1.0 };
             let push =
                 own.push.map_or(DVec3::ZERO, |push| DVec3::from([0, 1, 2].map(|a| push[k][a].to_f64())));
             let velocity = momentum / density - 0.5 * (filled * gravity + push);
@@ -133,6 +137,9 @@ impl<T: Real> Source<'_, T> {
                         let law = &physics.law.cell(&own.law, k);
                         rubbed = Some(slanted::sliding(contact, &fluid, wall, friction, law));
                     }
+                }
+                if interface {
+                    wall += contact.normal * not_yet(contact, velocity, fill);
                 }
                 for i in contact.links() {
                     let c = vector(i);
@@ -209,6 +216,17 @@ impl<T: Real> Source<'_, T> {
         let flat = set(row.immersed[out]) && !set(row.solid[axis]) && !set(row.missing[axis]);
         flat.then_some((axis, usize::from(MIRROR[1 << normal][i])))
     }
+}
+
+/// What a wall that comes towards a cell of the surface lacks of its speed, along its normal, as it has not reached the fluid: the cell of the velocity `u` holds `fill`,
+/// and there is room for 1 and [`Contact::room`].
+fn not_yet(contact: &Contact, u: DVec3, fill: f64) -> f64 {
+    let ahead = (contact.velocity - u).dot(contact.normal);
+    if contact.velocity.dot(contact.normal) <= 0.0 || ahead <= 0.0 {
+        return 0.0;
+    }
+    let gap = 1.0 + contact.room() - fill;
+    -ahead * gap.clamp(0.0, 1.0)
 }
 
 /// Velocities that come out of solids and sides into a cell of a row.

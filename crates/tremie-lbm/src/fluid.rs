@@ -5,7 +5,7 @@
 use tremie_case::Material;
 use tremie_rheology::FlowCurve;
 
-use crate::collision::{Moments, least_odd};
+use crate::collision::{Moments, Rates, least_odd};
 use crate::grid::Grid;
 use crate::loads::Loads;
 use crate::real::Real;
@@ -29,22 +29,22 @@ pub(crate) enum Fluid<T> {
 }
 
 impl<T: Real> Fluid<T> {
-    /// A fluid under an acceleration in m/s2.
-    pub(crate) fn new(material: &Material, gravity: [f64; 3], scaling: &Scaling) -> Self {
+    /// A fluid under an acceleration in m/s2, with a relaxation rate of the trace of its stress.
+    pub(crate) fn new(material: &Material, gravity: [f64; 3], trace: f64, scaling: &Scaling) -> Self {
         let curve = &material.curve;
         let gravity = gravity.map(|g| T::from_f64(scaling.acceleration(g)));
         let viscosity = scaling.viscosity(curve.plastic_viscosity());
-        let least_odd = T::from_f64(least_odd(viscosity));
+        let rates = Rates { least_odd: T::from_f64(least_odd(viscosity)), trace: T::from_f64(trace) };
         match curve {
             FlowCurve::Newtonian { .. } | FlowCurve::Bingham { .. } => {
                 let yield_stress = scaling.stress(curve.yield_stress());
                 let law = Bingham::new(yield_stress, viscosity);
                 match material.thixotropy {
-                    None => Self::Bingham(Physics { gravity, law, least_odd }),
-                    Some(_) => Self::Structured(Physics { gravity, law: Structured(law), least_odd }),
+                    None => Self::Bingham(Physics { gravity, law, rates }),
+                    Some(_) => Self::Structured(Physics { gravity, law: Structured(law), rates }),
                 }
             }
-            _ => Self::Tabulated(Physics { gravity, law: Tabulated::new(curve, scaling), least_odd }),
+            _ => Self::Tabulated(Physics { gravity, law: Tabulated::new(curve, scaling), rates }),
         }
     }
 

@@ -7,8 +7,10 @@
 //!     F = sum over links of (c_out - u_s) f_out - (c_in - u_s) f_in
 //! ```
 //!
+//! of what has come in from the wall and what goes out to it at the same time, before and after a collision: the mean of two steps. (In a step alone it is off by what lattices keep for ever,
+//! the momentum of every other layer of cells at every other step, whose sign changes: after a plate has started at once, by a half of the force.)
 //! With f less the weights, pressure counts from that of the air. All that flows past has its share in it, and the forces on all walls together
-//! are what the cells lose in momentum, to rounding. A plane of symmetry bears in the same way what the mirror image
+//! are what the cells lose in momentum. A plane of symmetry bears in the same way what the mirror image
 //! pushes back across it.
 //!
 //! At the uniform pressure p a link bears `2 w rho c = 6 w c p`. So the links of a cell stand for the area `sum 6 w c` of wall, a whole face
@@ -101,14 +103,15 @@ impl<T: Real> Source<'_, T> {
         }
     }
 
-    /// Adds up what the walls bear around the cells of a row that hold fluid (`wet`), into which `f` arrive; `around` is what lies beside a
-    /// surface row.
+    /// Adds up what the walls bear around the cells of a row that hold fluid (`wet`), into which `f` arrive and of which `leaving` tells what the
+    /// collision makes; `around` is what lies beside a surface row.
     pub(crate) fn bear(
         &self,
         first: usize,
         wet: u8,
         around: Option<(&SurfaceRow, &Contacts)>,
         f: &[Lanes<T>; Q],
+        leaving: impl Fn(usize) -> [T; Q],
         loads: &mut Loads,
     ) {
         for k in (0..LANES).filter(|k| wet >> k & 1 == 1) {
@@ -117,12 +120,13 @@ impl<T: Real> Source<'_, T> {
             if inside && around.is_none_or(|(row, _)| row.any_immersed >> k & 1 == 0) {
                 continue;
             }
+            let leave = leaving(k);
             let at = DVec3::from(cell.map(|n| n as f64)) + 0.5;
             let touching: Touching = around.map_or([None; 3], |(_, contacts)| contacts[k]);
             // Area and force across each side, and across each solid surface.
             let (mut sides, mut solid) = ([[0.0; 2]; 6], [[0.0; 2]; 3]);
             for i in 1..Q {
-                let (arriving, leaving) = (f[i].0[k].to_f64(), self.own[(opposite(i), first + k)].to_f64());
+                let (arriving, leaving) = (f[i].0[k].to_f64(), leave[opposite(i)].to_f64());
                 let is = |bits: u8| bits >> k & 1 == 1;
                 let (c, middle) = (vector(i), at - 0.5 * vector(i));
                 let side = |a: usize| self.crossed(cell, C[i], a);

@@ -170,7 +170,7 @@ fn grid<T: Real>(case: &Case, scaling: &Scaling, immersed: bool) -> Grid<T> {
 
 /// What drives and resists, for a length of the time step.
 fn fluid<T: Real>(case: &Case, scaling: &Scaling) -> Fluid<T> {
-    Fluid::new(&case.material, case.domain.gravity.to_array(), scaling)
+    Fluid::new(&case.material, case.domain.gravity.to_array(), settings(case).bulk_relaxation, scaling)
 }
 
 impl<T: Real> FreeSurface<T> {

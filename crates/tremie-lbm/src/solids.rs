@@ -97,6 +97,11 @@ impl Contact {
         self.normal.abs().max_element() > ALONG
     }
 
+    /// What room it leaves beyond the cell, or takes of it, as it comes on along the lattice: of an interface cell, which is full by as much more or less than 1.
+    pub(crate) fn room(&self) -> f64 {
+        if self.velocity.dot(self.normal) > 0.0 && self.along_lattice() { self.distance - 0.5 } else { 0.0 }
+    }
+
     /// Whether the velocity `i` comes out of the surface.
     pub(crate) fn has(&self, i: usize) -> bool {
         self.links >> i & 1 == 1

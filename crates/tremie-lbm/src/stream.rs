@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use crate::ahead::Ahead;
 use crate::cage::Cages;
-use crate::collision::{COMPONENT, Held, LEAST_RESISTANCE, Moments, moments};
+use crate::collision::{COMPONENT, Held, LEAST_RESISTANCE, Moments, collide, moments};
 use crate::friction::slide_at_walls;
 use crate::grid::{Field, Fill, Grid, Kinds, SHARE, Shape, VELOCITY};
 use crate::immersed::Sight;
@@ -30,6 +30,7 @@ use crate::processor::for_this_processor;
 use crate::real::{Number, Real, by_axis, larger, smaller};
 use crate::relaxation::{Law, Relaxation};
 use crate::rows::{BulkRow, Rows, SurfaceRow};
+use crate::solids::Contact;
 use crate::source::{Fills, Shapes, Source};
 use crate::together::{
     Own, Pair, Physics, Populations, Pushed, Weight, collide_pair_here, collide_partly_here, rescale_row,
@@ -70,6 +71,8 @@ pub(crate) struct Findings {
     pub(crate) empty: [u8; ROWS],
     /// Air that a film on a wall flows into: the film's cell, and the velocity that comes from there.
     pub(crate) reached: Vec<(usize, usize)>,
+    /// Full cells under a wall that comes on, which holds what they hold beside 1.
+    pub(crate) pressed: Vec<usize>,
     /// Whether there are any of these.
     pub(crate) any: bool,
     /// A cell whose density is out of all bounds or not a number.
@@ -80,7 +83,15 @@ pub(crate) struct Findings {
 
 impl Default for Findings {
     fn default() -> Self {
-        Self { full: [0; ROWS], empty: [0; ROWS], reached: Vec::new(), any: false, broken: None, swept: 0.0 }
+        Self {
+            full: [0; ROWS],
+            empty: [0; ROWS],
+            reached: Vec::new(),
+            pressed: Vec::new(),
+            any: false,
+            broken: None,
+            swept: 0.0,
+        }
     }
 }
 
@@ -204,7 +215,8 @@ impl<'a, T: Real> Source<'a, T> {
     }
 
     /// Makes the populations that arrived in a surface row ready to collide; `fill` and `mass` are those of the block's cells, `swept`
-    /// is what solids take, `own` what its flow curves have of their own. What the cells hold ([`Held::Partly`]), and what mass they gain in this step.
+    /// is what solids take, `own` what its flow curves have of their own. What the cells hold ([`Held::Partly`]), what mass they gain in this step, and what room walls
+    /// that come on leave ([`Contact::room`]).
     #[inline(always)]
     fn surface<R: Law<T>>(
         &self,
@@ -216,9 +228,10 @@ impl<'a, T: Real> Source<'a, T> {
         fill: &Fill<T>,
         mass: &mut [f64; CELLS],
         swept: &mut f64,
-    ) -> ([Lanes<T>; 2], [f64; LANES]) {
+    ) -> ([Lanes<T>; 2], [f64; LANES], [f64; LANES]) {
         let first = first_of(row.row);
         let contacts = self.contacts(row, first);
+        let mut room = [0.0; LANES];
         let slides = match row.any_immersed {
             0 => 0,
             _ => bits(|k| contacts[k].iter().flatten().any(|contact| contact.slides)),
@@ -250,6 +263,7 @@ impl<'a, T: Real> Source<'a, T> {
         let held = [held, least];
         let mut yielded = 0;
         if row.any_immersed != 0 {
+            room = contacts.map(|touching| touching.iter().flatten().map(Contact::room).sum());
             yielded =
                 self.meet_solids(row, first, &contacts, physics, own, fill, held.into(), f, mass, swept);
             self.pour(row, first, f, mass, &mut gain);
@@ -271,7 +285,7 @@ impl<'a, T: Real> Source<'a, T> {
         if !physics.law.row(&own.law).is_newtonian() {
             self.yield_at_walls(row, physics, own, held.into(), slides, f);
         }
-        (held, gain)
+        (held, gain, room)
     }
 }
 
@@ -327,11 +341,12 @@ fn step_bulk<T: Real, R: Law<T>>(
     }
 }
 
-/// New fill of the interface cells of a row, and which of them want to become liquid or air.
+/// New fill of the interface cells of a row, and which of them want to become liquid or air; `room` is what walls that come on leave or take.
 #[inline(always)]
 fn judge<T: Real>(
     around: &SurfaceRow,
     gain: &[f64; LANES],
+    room: &[f64; LANES],
     density: Lanes<T>,
     mass: &[f64; CELLS],
     to: &mut Fill<T>,
@@ -345,12 +360,12 @@ fn judge<T: Real>(
         fill[k] = mass[first + k] / density.0[k].to_f64();
         stored.0[k] = T::from_f64(fill[k]);
     }
-    let rising = bits(|k| fill[k] > 1.0 - NEAR) & bits(|k| gain[k] > NEAR / SOON);
+    let rising = bits(|k| fill[k] - room[k] > 1.0 - NEAR) & bits(|k| gain[k] > NEAR / SOON);
     let falling = bits(|k| fill[k] < NEAR) & bits(|k| gain[k] < -NEAR / SOON);
     let other = Lanes::ONE.only(around.kinds.liquid);
     to.put(0, first, Lanes::choose(interface, stored, other));
     let below = |limit: f64| bits(|k| fill[k] < limit);
-    let above = |limit: f64| bits(|k| fill[k] > limit);
+    let above = |limit: f64| bits(|k| fill[k] - room[k] > limit);
     let closed = !(around.any_air | around.any_interface | around.any_immersed);
     let full = (above(FULL) | rising | above(FULL_INSIDE) & !around.any_air | closed) & interface;
     // On a wall a film goes on by cells that hold little at first.
@@ -359,6 +374,7 @@ fn judge<T: Real>(
     let empty = (below(EMPTY) | falling | below(EMPTY_OUTSIDE) & astray) & interface & !full;
     findings.full[row] = full;
     findings.empty[row] = empty;
+    findings.pressed.extend((0..LANES).filter(|k| full >> k & 1 == 1 && room[*k] != 0.0).map(|k| first + k));
     findings.any |= full | empty != 0;
 }
 
@@ -415,7 +431,7 @@ fn step_block<T: Real, R: Law<T>>(
         ahead.ask(rows.bulk.len() + n);
         let mut f = source.arriving(&row.beside);
         let own = physics.own(source, first_of(row.row));
-        let (held, gain) =
+        let (held, gain, room) =
             source.surface(surface, row, physics, &own, &mut f, block.fill, block.mass, &mut findings.swept);
         let braked = row.caged.then(|| source.braked(first_of(row.row), held, physics.gravity, &f)).flatten();
         let own = own.or(&braked);
@@ -448,7 +464,7 @@ fn step_block<T: Real, R: Law<T>>(
         if row.kinds.interface == 0 {
             continue;
         }
-        judge(row, &gain, density, block.mass, block.fill, findings);
+        judge(row, &gain, &room, density, block.mass, block.fill, findings);
         if row.any_solid & row.any_air != 0 {
             reach(row, block.fill.lanes(0, first_of(row.row)), surface.own, findings);
         }
@@ -608,18 +624,25 @@ impl<T: Real> Grid<T> {
                     see(first_of(row) + k, &m, m.omega(&physics.law.cell(&own.law, k)));
                 }
             };
+        let leave = |f: &Populations<T>, held: Held<Lanes<T>>, own: &Own<'_, T, R>, k: usize| {
+            let f: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
+            let law = physics.law.cell(&own.law, k);
+            collide(&f, held.of(k), physics.drive(own, k), &law, physics.rates).0
+        };
         for row in &rows.bulk {
             let (f, kinds) = (source.arriving(&row.beside), self.kinds[slot][usize::from(row.row)]);
             let own = physics.own(&source, first_of(row.row));
             show(&f, Held::Whole, &own, row.row, kinds);
             if let Some(loads) = &mut loads {
-                source.bear(first_of(row.row), kinds.wet(), None, &f, loads);
+                let leaving = |k| leave(&f, Held::Whole, &own, k);
+                source.bear(first_of(row.row), kinds.wet(), None, &f, leaving, loads);
             }
         }
         for row in &rows.surface {
             let mut f = source.arriving(&row.beside);
             let own = physics.own(&source, first_of(row.row));
-            let (held, _) = source.surface(&surface, row, physics, &own, &mut f, fill, &mut mass, &mut swept);
+            let (held, ..) =
+                source.surface(&surface, row, physics, &own, &mut f, fill, &mut mass, &mut swept);
             let braked =
                 row.caged.then(|| source.braked(first_of(row.row), held, physics.gravity, &f)).flatten();
             let own = own.or(&braked);
@@ -637,7 +660,8 @@ impl<T: Real> Grid<T> {
                     );
                 }
                 let contacts = source.contacts(row, first_of(row.row));
-                source.bear(first_of(row.row), row.kinds.wet(), Some((row, &contacts)), &f, loads);
+                let leaving = |k| leave(&f, held.into(), &own, k);
+                source.bear(first_of(row.row), row.kinds.wet(), Some((row, &contacts)), &f, leaving, loads);
             }
         }
     }

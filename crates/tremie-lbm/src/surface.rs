@@ -8,7 +8,8 @@
 //! - An empty cell becomes air, unless a cell beside it has just become liquid; liquid beside it becomes interface.
 //! - A new interface cell starts at equilibrium with the mean density and velocity of the fluid beside it (Schwarzmeier
 //!   and Ruede 2022).
-//! - What a converted cell has too much or too little goes evenly to the interface cells beside it. Where there are
+//! - What a converted cell has too much or too little goes evenly to the interface cells beside it; under a wall that comes on it lies between the cell and the wall
+//!   (module `sweep`). Where there are
 //!   none (a bubble closes, a crumb dries up), it goes to the nearest interface cell: never dropped, and counted.
 //! - Air that an interface cell on a wall flows into through a wet face becomes interface (`stream`), so that a film thinner than
 //!   a cell, which never fills one, moves on.
@@ -183,7 +184,11 @@ impl<T: Real> Grid<T> {
         for &cell in &full {
             let held = self.mass[cell.0][cell.1];
             self.set_kind(cell, true, false);
-            excess.push((cell, held - self.liquid_mass(cell)));
+            let more = held - self.liquid_mass(cell);
+            match findings[cell.0].pressed.contains(&cell.1) {
+                true => ledger.swept += more,
+                false => excess.push((cell, more)),
+            }
         }
         for &cell in &empty {
             excess.push((cell, self.mass[cell.0][cell.1]));
@@ -259,7 +264,7 @@ impl<T: Real> Grid<T> {
     }
 
     /// Lets mass take along what it carries from a cell to each of others.
-    fn take_along(&mut self, from: Cell, takers: &[Cell], share: f64) {
+    pub(crate) fn take_along(&mut self, from: Cell, takers: &[Cell], share: f64) {
         if self.carried.any() {
             let alive = self.is_liquid(from) || self.is_interface(from);
             self.carried.hand_out(from, takers, share, alive);

@@ -7,7 +7,8 @@
 //! between them and the faces of the cells beside them: up to half a cell, or as much less than nothing, for each cell of their surface. Where the surface of the fluid meets them other mass may gather; that goes back
 //! to the interface little by little.
 //!
-//! - An interface cell that is covered leaves its mass to the interface beside it.
+//! - An interface cell is full once it holds what there is between its far side and a wall that comes on along the lattice, up to half a cell more or less than 1. When it is covered it
+//!   leaves its mass to the cell that the wall drives it into, which is interface then, too, or else to the interface beside it.
 //! - An uncovered cell is liquid if it touches liquid and no air, interface if it touches both, and else air. As interface it holds what the
 //!   liquid beside it has paid. If that owes more than a quarter of it, because a wall has drawn away from it (module `contact`), the cell is
 //!   interface too and holds nothing: a gap that air has come into.
@@ -51,7 +52,17 @@ impl<T: Real> Grid<T> {
         }
         self.uncover(&uncovered, ledger);
         for (cell, mass) in left {
-            self.hand_out(cell, mass, ledger);
+            match self.ahead(cell, &covered) {
+                Some(taker) => {
+                    let (fill, held) = match self.is_liquid(taker) {
+                        true => (T::ONE, self.liquid_mass(taker)),
+                        false => (self.fills[taker.0][(0, taker.1)], self.mass[taker.0][taker.1]),
+                    };
+                    self.take_along(cell, &[taker], mass);
+                    self.set_interface(taker, held + mass, fill);
+                }
+                None => self.hand_out(cell, mass, ledger),
+            }
         }
         // Liquid that has left the wall.
         let mut parted: Vec<Cell> =
@@ -66,6 +77,16 @@ impl<T: Real> Grid<T> {
         for (cell, store) in stores {
             self.leave_store(cell, store, ledger);
         }
+    }
+
+    /// The wet cell that a wall along the lattice drives what a covered cell held into, away from the solid; `covered` are all, in order.
+    fn ahead(&self, cell: Cell, covered: &[Cell]) -> Option<Cell> {
+        // The velocities along axes come first.
+        let around: Vec<Cell> = self.around(cell).take(6).map(|(beside, _)| beside).collect();
+        let was_solid = |cell: &Cell| self.is_solid(*cell) && covered.binary_search(cell).is_err();
+        let mut onward = (0..6).filter(|n| was_solid(&around[n ^ 1])).map(|n| around[n]);
+        let ahead = onward.next().filter(|cell| self.is_liquid(*cell) || self.is_interface(*cell))?;
+        onward.next().is_none().then_some(ahead)
     }
 
     /// Marks the solid cells of the first state.
@@ -241,7 +262,7 @@ impl<T: Real> Grid<T> {
         liquid / all
     }
 
-    /// Volume in cells between walls that move and the wet cells beside them (`tremie_geometry::Body::left_in_column`).
+    /// Volume in cells between walls that move and the liquid beside them (`tremie_geometry::Body::left_in_column`).
     pub(crate) fn left_by_walls(&self) -> f64 {
         if !self.solids.any_moves() {
             return 0.0;
@@ -252,17 +273,15 @@ impl<T: Real> Grid<T> {
         let mut left = 0.0;
         for slot in self.slots().filter(near) {
             for cell in 0..CELLS {
-                let fill = match (self.is_liquid((slot, cell)), self.is_interface((slot, cell))) {
-                    (true, _) => 1.0,
-                    (_, true) => self.fills[slot][(0, cell)].to_f64().clamp(0.0, 1.0),
-                    _ => continue,
-                };
+                if !self.is_liquid((slot, cell)) {
+                    continue;
+                }
                 // The velocities along axes come first.
                 for i in 1..=6 {
                     // What comes in by i comes from the cell against it.
                     let (beside, at, _) = self.links[slot].cell(cell, C[opposite(i)]);
                     if self.kinds[beside as usize][at / EDGE].immersed >> (at % EDGE) & 1 == 1 {
-                        left += fill * self.solids.left_in_column(self.links[slot].coordinates(cell), i);
+                        left += self.solids.left_in_column(self.links[slot].coordinates(cell), i);
                     }
                 }
             }

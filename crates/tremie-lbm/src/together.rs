@@ -5,7 +5,7 @@
 //! vector of AVX-512, and take half the instructions of two rows one after the other. Laws that are looked up in tables are asked by
 //! row instead ([`Law::BY_ROW`]).
 
-use crate::collision::{Drive, Held, collide, rescale};
+use crate::collision::{Drive, Held, Rates, collide, rescale};
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::Q;
 use crate::processor::for_this_processor;
@@ -20,8 +20,8 @@ pub(crate) struct Physics<T, R> {
     pub(crate) gravity: [T; 3],
     /// Flow curve.
     pub(crate) law: R,
-    /// Least relaxation rate of the odd moments.
-    pub(crate) least_odd: T,
+    /// Relaxation rates that do not depend on the stress.
+    pub(crate) rates: Rates<T>,
 }
 
 /// What the cells of a row have of their own.
@@ -144,7 +144,14 @@ pub(crate) fn rescale_row<T: Real, R: Law<T>>(
     to: &mut [[T; LANES]; Q],
 ) -> Lanes<T> {
     let law = physics.law.row(&own.law);
-    let (post, density) = rescale(f, held, physics.drive_row(own), &law, Lanes::splat(factor));
+    let (post, density) = rescale(
+        f,
+        held,
+        physics.drive_row(own),
+        &law,
+        Lanes::splat(physics.rates.trace),
+        Lanes::splat(factor),
+    );
     for i in 0..Q {
         to[i] = post[i].0;
     }
@@ -167,11 +174,11 @@ fn collide_pair<T: Real, R: Law<T>, D: Driving<T>>(
     density: &mut [[T; LANES]; 2],
 ) {
     if R::BY_ROW {
-        let least_odd = Lanes::splat(physics.least_odd);
+        let rates = physics.rates.of_row();
         for half in 0..2 {
             let f: Populations<T> = std::array::from_fn(|i| Lanes(f.0[i][half]));
             let (law, drive) = (physics.law.row(&own[half]), driving.row(half));
-            let (post, dense) = collide(&f, Held::Whole, drive, &law, least_odd);
+            let (post, dense) = collide(&f, Held::Whole, drive, &law, rates);
             for i in 0..Q {
                 to.0[i][half] = post[i].0;
             }
@@ -183,7 +190,7 @@ fn collide_pair<T: Real, R: Law<T>, D: Driving<T>>(
     for k in 0..2 * LANES {
         let f: [T; Q] = std::array::from_fn(|i| f.0[i].as_flattened()[k]);
         let (law, drive) = (physics.law.cell(&own[k / LANES], k % LANES), driving.cell(k));
-        let (post, dense) = collide(&f, Held::Whole, drive, &law, physics.least_odd);
+        let (post, dense) = collide(&f, Held::Whole, drive, &law, physics.rates);
         for i in 0..Q {
             to.0[i].as_flattened_mut()[k] = post[i];
         }
@@ -206,7 +213,7 @@ fn collide_partly<T: Real, R: Law<T>, D: Driving<T>>(
     if R::BY_ROW {
         let held = Held::Partly { mass, least };
         let (law, drive) = (physics.law.row(own), driving.row(0));
-        let (post, dense) = collide(f, held, drive, &law, Lanes::splat(physics.least_odd));
+        let (post, dense) = collide(f, held, drive, &law, physics.rates.of_row());
         for i in 0..Q {
             to[i] = post[i].0;
         }
@@ -217,7 +224,7 @@ fn collide_partly<T: Real, R: Law<T>, D: Driving<T>>(
         let f: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
         let held = Held::Partly { mass: mass.0[k], least: least.0[k] };
         let (law, drive) = (physics.law.cell(own, k), driving.cell(k));
-        let (post, dense) = collide(&f, held, drive, &law, physics.least_odd);
+        let (post, dense) = collide(&f, held, drive, &law, physics.rates);
         for i in 0..Q {
             to[i][k] = post[i];
         }

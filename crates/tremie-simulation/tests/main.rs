@@ -225,6 +225,7 @@ fn case() -> Case {
             hydrostatic_error: 0.02,
             lattice_speed: 0.1,
             lattice_viscosity: 1.0 / 6.0,
+            bulk_relaxation: 1.0,
             lattice: Lattice::D3q19,
             collision: Collision::Mtrt,
             preset: None,

@@ -66,6 +66,7 @@ fn every_value_arrives_in_si_units() {
             hydrostatic_error: 0.03,
             lattice_speed: 0.1,
             lattice_viscosity: 1.0 / 6.0,
+            bulk_relaxation: 1.0,
             lattice: Lattice::D3q19,
             collision: Collision::Mtrt,
             preset: None,

@@ -161,6 +161,13 @@ const MISTAKES: &[Mistake] = &[
     ),
     mistake(
         "cell_size =",
+        "bulk_relaxation = 0.2\npreset = \"svec-2013\"\ncell_size =",
+        28,
+        19,
+        "only the program's own scheme has a bulk viscosity to choose",
+    ),
+    mistake(
+        "cell_size =",
         "stepping = \"adaptive\"\npreset = \"svec-2013\"\ncell_size =",
         28,
         12,

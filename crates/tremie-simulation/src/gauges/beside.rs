@@ -59,9 +59,9 @@ pub(super) fn left(moving: &[Moving], moved: &[DVec3], cells: &Cells) -> f64 {
             let columns = (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j)));
             let wet = columns.filter(|(i, j)| {
                 let n = cells.index(*i, *j, k);
-                cells.fill[n] > 0.0 && cells.solid[n] == 0
+                cells.fill[n] == 1.0 && cells.solid[n] == 0
             });
-            wet.map(|(i, j)| cells.fill[cells.index(i, j, k)] * beside(cells.centre(i, j, k))).sum()
+            wet.map(|(i, j)| beside(cells.centre(i, j, k))).sum()
         })
         .collect();
     layers.iter().sum()
