@@ -139,7 +139,8 @@ impl<T: Real> Source<'_, T> {
                     }
                 }
                 if interface {
-                    wall += contact.normal * not_yet(contact, velocity, fill);
+                    let ahead = (contact.velocity - velocity).dot(contact.normal).max(0.0);
+                    wall -= contact.normal * (1.0 - reached(contact, fill)) * ahead;
                 }
                 for i in contact.links() {
                     let c = vector(i);
@@ -218,15 +219,13 @@ impl<T: Real> Source<'_, T> {
     }
 }
 
-/// What a wall that comes towards a cell of the surface lacks of its speed, along its normal, as it has not reached the fluid: the cell of the velocity `u` holds `fill`,
-/// and there is room for 1 and [`Contact::room`].
-fn not_yet(contact: &Contact, u: DVec3, fill: f64) -> f64 {
-    let ahead = (contact.velocity - u).dot(contact.normal);
-    if contact.velocity.dot(contact.normal) <= 0.0 || ahead <= 0.0 {
-        return 0.0;
+/// How far a wall has reached a cell of the surface, from 0 to 1, which holds `fill` where there is room for 1 and [`Contact::room`]: by as much a wall that comes on drives it. One that does not is where
+/// the fluid is.
+pub(crate) fn reached(contact: &Contact, fill: f64) -> f64 {
+    match contact.velocity.dot(contact.normal) > 0.0 {
+        true => (fill - contact.room()).clamp(0.0, 1.0),
+        false => 1.0,
     }
-    let gap = 1.0 + contact.room() - fill;
-    -ahead * gap.clamp(0.0, 1.0)
 }
 
 /// Velocities that come out of solids and sides into a cell of a row.

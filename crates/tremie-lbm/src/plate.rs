@@ -6,7 +6,8 @@
 //!     P = - sum over links of 2 f c.n - V Z + V^2 S,      Z = sum over links of 6 w rho (c.n)^2,     S = sum over links of 6 w rho c.n
 //! ```
 //!
-//! with f the populations that are about to enter it; V^2 is taken as the speed times the one before. So the speed with which it goes through the coming step is known before,
+//! with f the populations that are about to enter it; V^2 is taken as the speed times the one before. Of a cell of the surface that it has reached by a share s (module `contact`)
+//! s V + (1 - s) u stands for V, u being the cell's own velocity, as long as that is less. So the speed with which it goes through the coming step is known before,
 //!
 //! ```text
 //!     M (V - V_n) = F + P(V)
@@ -19,6 +20,7 @@ use tremie_case::{Case, Loaded};
 use tremie_geometry::{Motion, Waypoint};
 use tremie_numerics::DVec3;
 
+use crate::contact::reached;
 use crate::grid::Grid;
 use crate::lattice::{Q, W, opposite, vector};
 use crate::real::Real;
@@ -102,11 +104,20 @@ impl<T: Real> Grid<T> {
                         let cell = first + k;
                         let leaving = |i: usize| self.front[slot][(i, cell)].to_f64();
                         let density = 1.0 + (0..Q).map(leaving).sum::<f64>();
+                        let fluid = (1..Q).map(|i| vector(i) * leaving(i)).sum::<DVec3>() / density;
+                        let interface = row.kinds.interface >> k & 1 == 1;
+                        let ahead = (contact.velocity - fluid).dot(contact.normal) > 0.0;
+                        let share = match interface && ahead {
+                            true => reached(contact, self.fills[slot][(0, cell)].to_f64()),
+                            false => 1.0,
+                        };
                         for i in contact.links() {
                             let c = vector(i).dot(n);
-                            sum.still -= 2.0 * leaving(opposite(i)) * c;
-                            sum.impedance += 6.0 * W[i] * density * c * c;
-                            sum.square += 6.0 * W[i] * density * c;
+                            let weight = 6.0 * W[i] * density;
+                            sum.still -=
+                                (2.0 * leaving(opposite(i)) + weight * (1.0 - share) * fluid.dot(n) * c) * c;
+                            sum.impedance += share * weight * c * c;
+                            sum.square += share * weight * c;
                             sum.area += 6.0 * W[i] * c.abs();
                         }
                     }

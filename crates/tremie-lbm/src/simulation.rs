@@ -41,6 +41,9 @@ use crate::topology::{Boundary, CELLS, EDGE, Topology};
 const CRUMBS: u64 = 32;
 const DRY: u64 = 256;
 const REPAY: u64 = 1000;
+/// Steps between looks at the volume, and the share of what it has gained or lost by pressure that is given back then. (All of it at once would be heard.)
+const KEEP: u64 = 100;
+const KEPT: f64 = 0.2;
 /// Steps after which bodies are sorted by where they are.
 const SORT: u64 = 100;
 /// Steps between looks at the level below inlets that stay above it.
@@ -207,12 +210,14 @@ impl<T: Real> FreeSurface<T> {
             new.rows.clear();
         }
         // The fluid has the mass that the case gives it, although the method presses it together a little: what the
-        // pressure adds to the density, the surface gives back.
-        let excess = new.grid.total_mass() - new.grid.volume();
-        new.grid.spread_mass(-excess);
+        // pressure adds to the density, the surface gives back. Or, where it keeps its volume, that.
+        if !new.keeps_volume() {
+            let excess = new.grid.total_mass() - new.grid.volume();
+            new.grid.spread_mass(-excess);
+        }
         new.ledger.swept = new.grid.left_by_walls();
         new.mass = new.lattice_mass();
-        new.volume = new.mass;
+        new.volume = new.grid.volume() + new.ledger.swept;
         new.begin_carried();
         new.arrange();
         new.begin_immersed();
@@ -358,24 +363,27 @@ impl<T: Real> FreeSurface<T> {
             - self.ledger.drained.volume
     }
 
-    /// Gives back to the interface what it lost of the fluid's volume by pressure, or takes what it gained, and says how much that was.
-    fn keep_volume(&mut self) {
-        let gained = self.grid.volume() + self.ledger.swept - self.due_volume();
-        if self.grid.spread_mass(-gained) {
-            self.ledger.pressed -= gained;
-        }
-        self.mass = self.lattice_mass();
+    /// Whether the fluid keeps its volume, and not its mass: with each other step it is pressed together by another share, and what comes in on top, or a plate, presses together what
+    /// lies below.
+    fn keeps_volume(&self) -> bool {
+        let adapts = settings(&self.case).stepping == Stepping::Adaptive;
+        adapts || !self.case.inlets.is_empty() || self.plate.is_some()
     }
 
-    /// Gives back to the interface what rounding took, or takes what it gave. (Fluid that comes in on top presses together what lies
-    /// below: that keeps its volume too.)
+    /// Gives back to the interface a share of what it lost of the fluid's volume by pressure, or takes what it gained, and says how much that was.
+    fn keep_volume(&mut self, share: f64) {
+        let gained = share * (self.grid.volume() + self.ledger.swept - self.due_volume());
+        if self.grid.spread_mass(-gained) {
+            self.ledger.pressed -= gained;
+            self.mass -= gained;
+        }
+    }
+
+    /// Gives back to the interface what rounding took, or takes what it gave.
     fn repay(&mut self) {
         let missing = self.mass - (self.grid.total_mass() + self.ledger.swept);
         if missing != 0.0 && self.grid.spread_mass(missing) {
             self.ledger.waiting = 0.0;
-        }
-        if !self.case.inlets.is_empty() || self.plate.is_some() {
-            self.keep_volume();
         }
     }
 
@@ -590,7 +598,8 @@ impl<T: Real> Simulation for FreeSurface<T> {
             // The fluid is pressed together by another share from now on: it keeps its volume, not its mass, and gets back what
             // it gained or lost of it since pressures changed.
             self.ledger.pressed += self.lattice_mass() - self.mass;
-            self.keep_volume();
+            self.mass = self.lattice_mass();
+            self.keep_volume(1.0);
         }
         for slot in self.grid.slots() {
             self.ledger.swept += self.findings.get(slot).map_or(0.0, |found| found.swept);
@@ -606,6 +615,9 @@ impl<T: Real> Simulation for FreeSurface<T> {
         }
         if self.steps.is_multiple_of(REPAY) {
             self.repay();
+        }
+        if self.steps.is_multiple_of(KEEP) && self.keeps_volume() {
+            self.keep_volume(KEPT);
         }
         self.grid.find_values();
         if self.steps.is_multiple_of(LOOK) && self.case.pours(self.time) {

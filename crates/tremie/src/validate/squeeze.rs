@@ -10,7 +10,8 @@ use tremie_case::{
 };
 use tremie_geometry::{Body, Motion, Shape};
 use tremie_rheology::FlowCurve;
-use tremie_simulation::{Fluid, Snapshot};
+use tremie_simulation::Snapshot;
+use tremie_simulation::gauges::Gauges;
 
 use super::benchmark::{Check, Context, Row};
 use super::flow::Flow;
@@ -102,23 +103,14 @@ impl Sample {
         self
     }
 
-    /// Forces in N/m on the upper plate and on the lower, and the volume over that at the start, with the plate at a height in m.
-    fn read(&self, snapshot: &Snapshot, height: f64) -> [f64; 3] {
-        let Fluid::Cells(cells) = &snapshot.fluid;
+    /// Forces in N/m on the upper plate and on the lower, and the volume over that at the start.
+    fn read(&self, snapshot: &Snapshot) -> [f64; 3] {
         let depth = 2.0 / self.size;
-        let [nx, ny, _] = cells.count;
-        // A cell that the plate cuts is wet as far as it is open.
-        let open = |n: usize| {
-            let low = cells.centre(0, 0, n / (nx * ny)).z - 0.5 * self.size;
-            let next = height - low < 1.5 * self.size;
-            if next { (height - low) / self.size } else { 1.0 }
-        };
-        let volume: f64 =
-            (0..cells.fill.len()).map(|n| cells.fill[n] * open(n)).sum::<f64>() * self.size.powi(2);
+        let volume = Gauges::new(&self.case).measure(snapshot).volume;
         [
             depth * snapshot.solids[0].force.z,
             -depth * snapshot.walls.sides[4].force.z,
-            volume / (self.half_width * self.height),
+            volume / (self.half_width * self.height * self.size),
         ]
     }
 }
@@ -141,8 +133,7 @@ fn closing(
         let mut middle = [0.0; 3];
         for place in places.clone() {
             flow.until((sample.height - height + place * cells * sample.size) / velocity.length())?;
-            let now = sample.height - velocity.length() * flow.simulation.time();
-            let read = sample.read(&flow.simulation.snapshot(), now);
+            let read = sample.read(&flow.simulation.snapshot());
             middle.iter_mut().zip(read).for_each(|(sum, read)| *sum += weight(place) * read / readings);
         }
         Ok(middle)
@@ -168,7 +159,7 @@ fn loaded(sample: &Sample, times: &[f64]) -> anyhow::Result<(Vec<f64>, [f64; 2])
         flow.until(*time)?;
         let snapshot = flow.simulation.snapshot();
         let height = sample.height + snapshot.moved[0].z;
-        let [upper, lower, volume] = sample.read(&snapshot, height);
+        let [upper, lower, volume] = sample.read(&snapshot);
         heights.push(height);
         off = [off[0].max(off_balance([upper, lower])), off[1].max((volume - 1.0).abs())];
     }
