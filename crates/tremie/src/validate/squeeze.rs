@@ -105,12 +105,13 @@ impl Sample {
 
     /// Forces in N/m on the upper plate and on the lower, and the volume over that at the start.
     fn read(&self, snapshot: &Snapshot) -> [f64; 3] {
+        // Gauges count what lies behind the plane of symmetry, too; forces do not.
         let depth = 2.0 / self.size;
         let volume = Gauges::new(&self.case).measure(snapshot).volume;
         [
             depth * snapshot.solids[0].force.z,
             -depth * snapshot.walls.sides[4].force.z,
-            volume / (self.half_width * self.height * self.size),
+            volume / (2.0 * self.half_width * self.height * self.size),
         ]
     }
 }
