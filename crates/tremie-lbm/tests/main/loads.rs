@@ -122,3 +122,28 @@ fn a_plate_that_comes_down_presses_without_jumps() {
         before = Some(now);
     }
 }
+
+#[test]
+fn a_plate_under_a_load_bears_it_while_it_meets_more_and_more_fluid() {
+    let load = 0.01;
+    let text = format!(
+        "[material]\ndensity = \"2000 kg/m3\"\n[material.newtonian]\nviscosity = \"20 Pa s\"\n\
+         [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"0.3 m\", \"5 mm\", \"0.11 m\"]\n\
+         gravity = [\"0 m/s2\", \"0 m/s2\", \"0 m/s2\"]\n\
+         sides = {{ x_min = \"symmetry\", y_min = \"periodic\", y_max = \"periodic\" }}\n\
+         [[fluid]]\nbox = {{ min = [\"-1 m\", \"-1 m\", \"0 m\"], max = [\"50 mm\", \"1 m\", \"0.1 m\"] }}\n\
+         [[solid]]\nbox = {{ min = [\"-1 m\", \"-1 m\", \"0.1 m\"], max = [\"1 m\", \"1 m\", \"2 m\"] }}\n\
+         motion.load = {{ force = [\"0 N\", \"0 N\", \"-{load} N\"], mass = \"0 kg\" }}\n\
+         [lbm]\ncell_size = \"5 mm\"\nprecision = \"f64\"\n"
+    );
+    let mut simulation = advanced(&case(&text), 2000);
+    // It covers four rows in that time.
+    let (mut borne, mut readings) = (0.0, 0.0);
+    while simulation.time() < 4.0 {
+        advance(&mut *simulation, 10);
+        // The other half bears as much.
+        borne += 2.0 * simulation.snapshot().solids[0].force.z;
+        readings += 1.0;
+    }
+    assert!((borne / readings / load - 1.0).abs() < 0.01, "{} N", borne / readings);
+}
