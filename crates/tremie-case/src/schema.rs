@@ -1613,7 +1613,7 @@ const LBM: Section<Method> = {
     const BULK_RELAXATION: Or<Quantity> = or(
         "bulk_relaxation",
         "1",
-        "relaxation rate of the trace of the stress; 0.2 lets sound die away nine times as fast, where solids that drive the fluid start at once",
+        "relaxation rate of the trace of the stress; 0.2 lets sound die away up to nine times as fast, where solids that drive the fluid start at once",
         quantity(Dimension::NUMBER, Bound::UpTo(1.0), "1"),
     );
     const LATTICE: Or<Choice<Lattice>> = or(
