@@ -7,7 +7,7 @@
 use crate::grid::{Field, Shape};
 use crate::real::Real;
 use crate::rows::{Beside, Rows};
-use crate::topology::Links;
+use crate::topology::{Links, Neighbour};
 
 /// Blocks from the one that is worked on to the one that is asked for.
 const BLOCKS: usize = 2;
@@ -57,13 +57,23 @@ impl<'a, T: Real> Ahead<'a, T> {
         }
     }
 
-    /// Asks for a row, and for those beside it in other blocks.
+    /// Asks for a row, for those straight beside it in other blocks, and for one across an edge where it is the only row to do so.
     #[inline(always)]
     fn ask_around(&self, beside: &Beside) {
-        for (n, row) in beside.iter().enumerate() {
-            let block = usize::from(row.block);
-            if n == 4 || block != OWN {
-                self.front[self.links.slots[block] as usize].ask(usize::from(row.row));
+        let outside = |n: usize| usize::from(beside[n].block) != OWN;
+        let ask = |n: usize| {
+            let Neighbour { block, row, .. } = beside[n];
+            self.front[self.links.slots[usize::from(block)] as usize].ask(usize::from(row));
+        };
+        ask(4);
+        for n in [1, 3, 5, 7] {
+            if outside(n) {
+                ask(n);
+            }
+        }
+        for (n, y, z) in [(0, 3, 1), (2, 5, 1), (6, 3, 7), (8, 5, 7)] {
+            if outside(y) && outside(z) {
+                ask(n);
             }
         }
     }

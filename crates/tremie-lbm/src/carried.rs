@@ -13,7 +13,8 @@
 //! cell that it comes to.
 //!
 //! No value leaves its range: that of shares is 0 to 1, that of the structure is what there was in the cell and around it. (More mass may pass through
-//! a cell of the surface than it holds, and its amount be out of all proportion for a while.)
+//! a cell of the surface than it holds, and its amount be out of all proportion for a while.) Where batches are all of the fluid, their shares make up 1: such a cell would
+//! else send away a multiple of what rounding has made of their sum, and step by step more of it.
 
 use rayon::prelude::*;
 
@@ -54,6 +55,8 @@ pub(crate) struct Carried {
     count: usize,
     /// Which of them is the structure of the fluid (module `structure`), if any.
     structure: Option<usize>,
+    /// Whether the batches are all of the fluid.
+    whole: bool,
     /// By slot.
     blocks: Vec<Block>,
     /// Values of what each inlet brings.
@@ -66,10 +69,10 @@ fn limited(a: f64, b: f64) -> f64 {
 }
 
 impl Carried {
-    /// Shares of so many batches, and the structure of the fluid if it is `structured`; `inflow` are the values in what each inlet brings.
-    pub(crate) fn new(batches: usize, structured: bool, inflow: Vec<Vec<f64>>) -> Self {
+    /// Shares of so many batches, which are the `whole` fluid or a part of it, and the structure of the fluid if it is `structured`; `inflow` are the values in what each inlet brings.
+    pub(crate) fn new(batches: usize, whole: bool, structured: bool, inflow: Vec<Vec<f64>>) -> Self {
         let structure = structured.then_some(batches);
-        Self { count: batches + usize::from(structured), structure, blocks: Vec::new(), inflow }
+        Self { count: batches + usize::from(structured), structure, whole, blocks: Vec::new(), inflow }
     }
 
     /// Without any fluid.
@@ -387,6 +390,7 @@ impl<T: Real> Grid<T> {
         if !self.carried.any() {
             return;
         }
+        let batches = self.carried.structure.unwrap_or(self.carried.count);
         let mut blocks = std::mem::take(&mut self.carried.blocks);
         blocks.par_iter_mut().enumerate().skip(2).for_each(|(slot, block)| {
             let Block { amounts, values, bounds, .. } = block;
@@ -397,17 +401,23 @@ impl<T: Real> Grid<T> {
                 }
                 let mass = if liquid { self.liquid_mass((slot, cell)) } else { self.mass[slot][cell] };
                 let carried = amounts[cell];
-                for q in 0..self.carried.count {
-                    let (amount, value) =
-                        (&mut amounts[(q + 1) * CELLS + cell], &mut values[q * CELLS + cell]);
-                    if carried > LEAST {
+                if carried > LEAST {
+                    for q in 0..self.carried.count {
                         let [least, most] = match self.carried.structure {
                             Some(structure) if structure == q => *bounds.get(cell).unwrap_or(&ANY),
                             _ => SHARE,
                         };
-                        *value = (*amount / carried).clamp(least, most);
+                        let amount = amounts[(q + 1) * CELLS + cell];
+                        values[q * CELLS + cell] = (amount / carried).clamp(least, most);
                     }
-                    *amount += (mass - carried) * *value;
+                    let shares = || (0..batches).map(|q| q * CELLS + cell);
+                    let all: f64 = shares().map(|n| values[n]).sum();
+                    if self.carried.whole && all > 0.0 {
+                        shares().for_each(|n| values[n] /= all);
+                    }
+                }
+                for q in 0..self.carried.count {
+                    amounts[(q + 1) * CELLS + cell] += (mass - carried) * values[q * CELLS + cell];
                 }
                 amounts[cell] = mass;
             }

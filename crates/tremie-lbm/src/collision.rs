@@ -105,8 +105,8 @@ pub(crate) struct Moments<T> {
     pub(crate) q: T,
     /// Share of the cell that holds fluid, 0 to 1.
     pub(crate) fill: T,
-    /// Share of the flow curve's stress that the cell resists with, 0 to 1.
-    pub(crate) resistance: T,
+    /// Share of the flow curve's stress that the cell resists with, 0 to 1; nothing if all of it.
+    pub(crate) resistance: Option<T>,
 }
 
 /// Least resistance of an interface cell.
@@ -121,13 +121,20 @@ impl<T: Number> Moments<T> {
         second - u[a] * (self.density * u[b] + half(b)) - half(a) * u[b]
     }
 
-    /// Relaxation rate: `1/omega - 1/2 = r (1/omega(q/r) - 1/2)`, which is the flow curve with stress and viscosity scaled by
-    /// the resistance r.
+    /// Relaxation rate, as a quotient: `1/omega - 1/2 = r (1/omega(q/r) - 1/2)`, which is the flow curve with stress and viscosity
+    /// scaled by the resistance r.
+    #[inline(always)]
+    fn quotient<R: Relaxation<T>>(&self, law: &R) -> [T; 2] {
+        let Some(r) = self.resistance else { return law.quotient(self.q) };
+        let [numerator, denominator] = law.quotient(self.q / r);
+        [numerator, r * denominator + T::from_f64(0.5) * numerator * (T::ONE - r)]
+    }
+
+    /// Relaxation rate.
     #[inline(always)]
     pub(crate) fn omega<R: Relaxation<T>>(&self, law: &R) -> T {
-        let r = self.resistance;
-        let whole = law.omega(self.q / r);
-        whole / (r + T::from_f64(0.5) * whole * (T::ONE - r))
+        let [numerator, denominator] = self.quotient(law);
+        numerator / denominator
     }
 }
 
@@ -165,14 +172,14 @@ pub(crate) enum Held<T> {
 }
 
 impl<T: Number> Held<T> {
-    /// Fill (mass over density, between 0 and 1) and resistance of a cell of this density.
+    /// Fill (mass over density, between 0 and 1) and resistance, if not whole, of a cell of this density.
     #[inline(always)]
-    pub(crate) fn fill_and_resistance(self, density: T) -> [T; 2] {
+    pub(crate) fn fill_and_resistance(self, density: T) -> (T, Option<T>) {
         match self {
-            Self::Whole => [T::ONE, T::ONE],
+            Self::Whole => (T::ONE, None),
             Self::Partly { mass, least } => {
                 let fill = larger(smaller(mass / density, T::ONE), T::ZERO);
-                [fill, larger(fill, least)]
+                (fill, Some(larger(fill, least)))
             }
         }
     }
@@ -241,7 +248,7 @@ pub(crate) fn moments<T: Number>(f: &[T; Q], held: Held<T>, drive: Drive<T>) -> 
     });
     let density = T::ONE + excess_density;
     let inverse = T::ONE / density;
-    let [fill, resistance] = held.fill_and_resistance(density);
+    let (fill, resistance) = held.fill_and_resistance(density);
     let force = by_axis(|a| drive.gravity[a] * density * fill + drive.push[a]);
     let half = by_axis(|a| T::from_f64(0.5) * force[a]);
     let velocity = by_axis(|a| (momentum[a] + half[a]) * inverse);
@@ -280,10 +287,12 @@ pub(crate) fn collide<T: Number, R: Relaxation<T>>(
     rates: Rates<T>,
 ) -> ([T; Q], T) {
     let m = moments(f, held, drive);
-    let omega = m.omega(law);
+    let [numerator, denominator] = m.quotient(law);
+    let omega = numerator / denominator;
     let two = T::from_f64(2.0);
     // 1/omega_odd = 1/2 + magic/(1/omega - 1/2), multiplied out so that omega = 0 is no special case.
-    let omega_odd = two * (two - omega) / (two - omega + T::from_f64(4.0 * MAGIC) * omega);
+    let rest = two * denominator - numerator;
+    let omega_odd = two * rest / (rest + T::from_f64(4.0 * MAGIC) * numerator);
     let omega_odd = match drive.friction {
         None => omega_odd,
         Some(asked) => {

@@ -20,8 +20,19 @@ use crate::real::{Number, Real, larger, smaller};
 
 /// A flow curve in lattice units, as the collision asks for it.
 pub trait Relaxation<N> {
+    /// Relaxation rate omega in [0, 2) for the stress measure `q >= 0`, as a numerator and a positive denominator. (What follows from
+    /// omega by another quotient then need not wait for this one.)
+    fn quotient(&self, q: N) -> [N; 2];
+
     /// Relaxation rate omega in [0, 2) for the stress measure `q >= 0`.
-    fn omega(&self, q: N) -> N;
+    #[inline(always)]
+    fn omega(&self, q: N) -> N
+    where
+        N: Number,
+    {
+        let [numerator, denominator] = self.quotient(q);
+        numerator / denominator
+    }
 
     /// Whether the viscosity depends on the stress at all.
     fn is_newtonian(&self) -> bool;
@@ -74,8 +85,8 @@ pub(crate) trait Law<T: Real>: Send + Sync {
 
 impl<N, R: Relaxation<N>> Relaxation<N> for &R {
     #[inline(always)]
-    fn omega(&self, q: N) -> N {
-        R::omega(self, q)
+    fn quotient(&self, q: N) -> [N; 2] {
+        R::quotient(self, q)
     }
 
     #[inline(always)]
@@ -170,10 +181,10 @@ impl<N: Number> Bingham<N> {
 
 impl<N: Number> Relaxation<N> for Bingham<N> {
     #[inline(always)]
-    fn omega(&self, q: N) -> N {
-        // At q = 0 the quotient is 0 without a yield stress (omega as for any q) and huge with one (omega = 0).
-        let flowing = N::ONE - self.threshold / larger(q, N::TINY);
-        larger(flowing, N::ZERO) * self.fastest
+    fn quotient(&self, q: N) -> [N; 2] {
+        // At q = 0 the rate is that for any q without a yield stress, and 0 with one.
+        let q = larger(q, N::TINY);
+        [larger(q - self.threshold, N::ZERO) * self.fastest, q]
     }
 
     #[inline(always)]

@@ -183,7 +183,7 @@ impl<'a, T: Real> Source<'a, T> {
             let (excess, momentum) = density_and_momentum(&f);
             let density = 1.0 + excess;
             let [mass, least] = held.map(|held| held.0[k].to_f64());
-            let [fill, _] = Held::Partly { mass, least }.fill_and_resistance(density);
+            let (fill, _) = Held::Partly { mass, least }.fill_and_resistance(density);
             let half = |a: usize| 0.5 * (density * fill * gravity[a].to_f64() + push[a].to_f64());
             let momentum = DVec3::from([0, 1, 2].map(|a| momentum[a] + half(a)));
             let growth = 1.0 + self.structure.get(first + k).copied().unwrap_or(0.0);

@@ -33,7 +33,8 @@ use crate::rows::{BulkRow, Rows, SurfaceRow};
 use crate::solids::Contact;
 use crate::source::{Fills, Shapes, Source};
 use crate::together::{
-    Own, Pair, Physics, Populations, Pushed, Weight, collide_pair_here, collide_partly_here, rescale_row,
+    Own, PAIRS, Pair, Physics, Populations, Pushed, Weight, collide_pairs_here, collide_partly_here,
+    rescale_row,
 };
 use crate::topology::{CELLS, ROWS};
 use crate::transport::gains;
@@ -289,15 +290,24 @@ impl<'a, T: Real> Source<'a, T> {
     }
 }
 
+/// Whether the densities of all cells of some rows are sound.
+#[inline(always)]
+fn all_sound<T: Real>(rows: &[[T; LANES]]) -> bool {
+    let (low, high) = (T::from_f64(SOUND[0]), T::from_f64(SOUND[1]));
+    let mut sound = [1u32; LANES];
+    for row in rows {
+        for k in 0..LANES {
+            sound[k] &= u32::from(row[k] > low) & u32::from(row[k] < high);
+        }
+    }
+    sound == [1; LANES]
+}
+
 /// Notes a cell of a row that is no longer sound.
 #[inline(always)]
 fn look_over<T: Real>(row: u8, density: Lanes<T>, findings: &mut Findings) {
-    let (low, high) = (T::from_f64(SOUND[0]), T::from_f64(SOUND[1]));
-    if bits(|k| density.0[k] > low) & bits(|k| density.0[k] < high) != 0xff {
-        let sound = |k: &usize| density.0[*k] > low && density.0[*k] < high;
-        let unsound = (0..LANES).find(|k| !sound(k));
-        findings.broken = findings.broken.or(unsound.map(|k| first_of(row) + k));
-    }
+    let unsound = (0..LANES).find(|k| !all_sound(&[[density.0[*k]; LANES]]));
+    findings.broken = findings.broken.or(unsound.map(|k| first_of(row) + k));
 }
 
 /// Streams and collides the bulk rows of a block.
@@ -311,31 +321,37 @@ fn step_bulk<T: Real, R: Law<T>>(
     block: &mut Block<'_, T>,
     findings: &mut Findings,
 ) {
-    let (mut f, mut to): (Pair<T>, Pair<T>) = (bytemuck::Zeroable::zeroed(), bytemuck::Zeroable::zeroed());
-    for (n, pair) in rows.chunks(2).enumerate() {
-        for (half, row) in pair.iter().enumerate() {
-            ahead.ask(2 * n + half);
-            source.arrive(&row.beside, &mut f.0, half);
+    let (mut f, mut to): ([Pair<T>; PAIRS], [Pair<T>; PAIRS]) = bytemuck::Zeroable::zeroed();
+    let mut density = [[[T::ONE; LANES]; 2]; PAIRS];
+    for (n, batch) in rows.chunks(2 * PAIRS).enumerate() {
+        for (m, row) in batch.iter().enumerate() {
+            source.arrive(&row.beside, &mut f[m / 2].0, m % 2);
         }
-        let mut density = [[T::ONE; LANES]; 2];
-        let own = [&pair[0], &pair[pair.len() - 1]];
-        let own = own.map(|row| physics.own(source, first_of(row.row)));
-        let laws = [own[0].law, own[1].law];
-        match [own[0].push, own[1].push] {
-            [Some(a), Some(b)] => {
-                let driving = Pushed::new(physics.gravity, [a, b]);
-                collide_pair_here(&f, &laws, &driving, physics, &mut to, &mut density);
-            }
-            _ => collide_pair_here(&f, &laws, &Weight(physics.gravity), physics, &mut to, &mut density),
-        }
-        for (half, row) in pair.iter().enumerate() {
-            let post = |i: usize| to.0[i][half];
+        let own = |m: usize| physics.own(source, first_of(batch[m.min(batch.len() - 1)].row));
+        let own: [[Own<'_, T, R>; 2]; PAIRS] = std::array::from_fn(|n| [own(2 * n), own(2 * n + 1)]);
+        let pairs = batch.len().div_ceil(2);
+        let ahead = (ahead, 2 * PAIRS * n);
+        collide_pairs_here(
+            &f[..pairs],
+            &own[..pairs],
+            physics,
+            ahead,
+            &mut to[..pairs],
+            &mut density[..pairs],
+        );
+        for (m, row) in batch.iter().enumerate() {
+            let post = |i: usize| to[m / 2].0[i][m % 2];
             block.back.put_row(usize::from(row.row), post, past_caches);
-            look_over(row.row, Lanes(density[half]), findings);
             if let Some(seen) = &mut block.seen {
                 let post = std::array::from_fn(|i| Lanes(post(i)));
-                let velocity = velocities(&post, Lanes::ONE, physics.drive_row(&own[half]));
+                let velocity = velocities(&post, Lanes::ONE, physics.drive_row(&own[m / 2][m % 2]));
                 seen.put(usize::from(row.row), velocity);
+            }
+        }
+        let densities = &density.as_flattened()[..batch.len()];
+        if !all_sound(densities) {
+            for (row, density) in batch.iter().zip(densities) {
+                look_over(row.row, Lanes(*density), findings);
             }
         }
     }

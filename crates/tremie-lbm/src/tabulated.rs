@@ -88,8 +88,8 @@ fn told<N: Number>(growth: N, traction: N) -> N {
 
 impl<N: Number> Relaxation<N> for Tabulated<N::Scalar> {
     #[inline(always)]
-    fn omega(&self, q: N) -> N {
-        self.omega.at(q)
+    fn quotient(&self, q: N) -> [N; 2] {
+        [self.omega.at(q), N::ONE]
     }
 
     #[inline(always)]

@@ -5,6 +5,7 @@
 //! vector of AVX-512, and take half the instructions of two rows one after the other. Laws that are looked up in tables are asked by
 //! row instead ([`Law::BY_ROW`]).
 
+use crate::ahead::Ahead;
 use crate::collision::{Drive, Held, Rates, collide, rescale};
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::Q;
@@ -163,6 +164,34 @@ pub(crate) fn rescale_row<T: Real, R: Law<T>>(
 #[repr(C, align(64))]
 pub(crate) struct Pair<T>(pub(crate) [[[T; LANES]; 2]; Q]);
 
+/// Pairs of rows that collide one right after the other. (A collision waits for its roots and quotients one by one; meanwhile the
+/// processor begins with the next.)
+pub(crate) const PAIRS: usize = 4;
+
+/// Collides the cells of pairs of rows that hold nothing but fluid; the densities too. Before each pair what two rows of a block to come
+/// need is asked for, from the row of number `first` on: while collisions wait for their quotients, memory has nothing else to do.
+#[inline(always)]
+fn collide_pairs<T: Real, R: Law<T>>(
+    f: &[Pair<T>],
+    own: &[[Own<'_, T, R>; 2]],
+    physics: &Physics<T, R>,
+    (ahead, first): (&Ahead<'_, T>, usize),
+    to: &mut [Pair<T>],
+    density: &mut [[[T; LANES]; 2]],
+) {
+    for (n, (((f, own), to), density)) in f.iter().zip(own).zip(to).zip(density).enumerate() {
+        ahead.ask(first + 2 * n);
+        ahead.ask(first + 2 * n + 1);
+        let laws = [own[0].law, own[1].law];
+        match [own[0].push, own[1].push] {
+            [Some(a), Some(b)] => {
+                collide_pair(f, &laws, &Pushed::new(physics.gravity, [a, b]), physics, to, density);
+            }
+            _ => collide_pair(f, &laws, &Weight(physics.gravity), physics, to, density),
+        }
+    }
+}
+
 /// Collides the cells of two rows that hold nothing but fluid; the densities too.
 #[inline(always)]
 fn collide_pair<T: Real, R: Law<T>, D: Driving<T>>(
@@ -233,14 +262,14 @@ fn collide_partly<T: Real, R: Law<T>, D: Driving<T>>(
 }
 
 for_this_processor! {
-    /// [`collide_pair`] for the processor at hand.
-    pub(crate) collide_pair_here = collide_pair<T: Real, R: Law<T>, D: Driving<T>>(
-        f: &Pair<T>,
-        own: &[R::Own; 2],
-        driving: &D,
+    /// [`collide_pairs`] for the processor at hand.
+    pub(crate) collide_pairs_here = collide_pairs<T: Real, R: Law<T>>(
+        f: &[Pair<T>],
+        own: &[[Own<'_, T, R>; 2]],
         physics: &Physics<T, R>,
-        to: &mut Pair<T>,
-        density: &mut [[T; LANES]; 2]
+        ahead: (&Ahead<'_, T>, usize),
+        to: &mut [Pair<T>],
+        density: &mut [[[T; LANES]; 2]]
     )
 }
 

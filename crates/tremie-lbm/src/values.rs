@@ -50,15 +50,17 @@ impl<T, const N: usize> Values<T, N> {
     {
         let to = self.row_mut(row);
         #[cfg(target_arch = "x86_64")]
-        if past_caches {
-            use std::arch::x86_64::{__m128i, _mm_stream_si128};
+        if past_caches && std::arch::is_x86_feature_detected!("avx") {
+            use std::arch::x86_64::{__m256i, _mm256_loadu_si256, _mm256_stream_si256};
+            const { assert!(size_of::<[T; LANES]>().is_multiple_of(size_of::<__m256i>())) };
             for i in 0..N {
                 let numbers = numbers(i);
-                let from: &[__m128i] = bytemuck::cast_slice(&numbers);
-                let to: &mut [__m128i] = bytemuck::cast_slice_mut(&mut to[i]);
-                for (to, from) in to.iter_mut().zip(from) {
-                    // SAFETY: `to` is valid and aligned, being a reference; [`written`] is called before others read it.
-                    unsafe { _mm_stream_si128(to, *from) };
+                let from = numbers.as_ptr().cast::<__m256i>();
+                let to = to[i].as_mut_ptr().cast::<__m256i>();
+                for part in 0..size_of::<[T; LANES]>() / size_of::<__m256i>() {
+                    // SAFETY: both lie in the eight numbers; `to` is aligned, as blocks are and eight numbers have 32 or 64 bytes; the
+                    // processor was asked; and [`written`] is called before others read it.
+                    unsafe { _mm256_stream_si256(to.add(part), _mm256_loadu_si256(from.add(part))) };
                 }
             }
             return;
@@ -69,16 +71,17 @@ impl<T, const N: usize> Values<T, N> {
         }
     }
 
-    /// Asks the processor to fetch a row.
+    /// Asks the processor to fetch a row, into a cache that holds what is asked for until it is read. (The first one holds little
+    /// more than one block.)
     #[inline(always)]
     #[allow(unsafe_code)]
     pub(crate) fn ask(&self, row: usize) {
         #[cfg(target_arch = "x86_64")]
         for line in 0..size_of::<[[T; LANES]; N]>() / 64 {
-            use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+            use std::arch::x86_64::{_MM_HINT_T1, _mm_prefetch};
             let row: *const [[T; LANES]; N] = self.row(row);
             // SAFETY: a prefetch reads nothing, whatever the address.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(row.cast::<i8>().wrapping_add(64 * line)) };
+            unsafe { _mm_prefetch::<_MM_HINT_T1>(row.cast::<i8>().wrapping_add(64 * line)) };
         }
     }
 

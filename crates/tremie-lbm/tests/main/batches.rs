@@ -38,8 +38,8 @@ fn each_batch_keeps_its_mass_and_its_bounds() {
         for (_, shares) in &cells.batches {
             assert!(shares.iter().all(|share| (0.0..=1.0).contains(share)));
         }
-        // Shares are held within their bounds each by itself.
-        assert!(unaccounted(&cells) < 1e-6, "{}", unaccounted(&cells));
+        // Cells of the surface through which more goes than they hold would let the sum go astray.
+        assert!(unaccounted(&cells) < 1e-12, "{}", unaccounted(&cells));
     }
     // The right half has gone on before the left.
     let cells = cells(&*simulation);
