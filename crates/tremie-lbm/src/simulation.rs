@@ -164,12 +164,8 @@ fn grid<T: Real>(case: &Case, scaling: &Scaling, immersed: bool) -> Grid<T> {
         shares.chain(case.structure(inlet.structure)).collect()
     };
     let structured = case.material.thixotropy.is_some();
-    let whole = case
-        .fluid
-        .iter()
-        .map(|of| &of.batch)
-        .chain(case.inlets.iter().map(|of| &of.batch))
-        .all(Option::is_some);
+    let whole =
+        case.fluid.iter().all(|of| of.batch.is_some()) && case.inlets.iter().all(|of| of.batch.is_some());
     let carried = Carried::new(batches.len(), whole, structured, case.inlets.iter().map(inflow).collect());
     let immersed = Immersed::new(immersed);
     let (solids, inlets, cages) = (Solids::new(case, scaling), Inlets::new(case), Cages::new(case, scaling));

@@ -290,14 +290,19 @@ impl<'a, T: Real> Source<'a, T> {
     }
 }
 
-/// Whether the densities of all cells of some rows are sound.
+/// Whether a cell of this density is sound.
+#[inline(always)]
+fn is_sound<T: Real>(density: T) -> bool {
+    (density > T::from_f64(SOUND[0])) & (density < T::from_f64(SOUND[1]))
+}
+
+/// Whether all cells of some rows are.
 #[inline(always)]
 fn all_sound<T: Real>(rows: &[[T; LANES]]) -> bool {
-    let (low, high) = (T::from_f64(SOUND[0]), T::from_f64(SOUND[1]));
     let mut sound = [1u32; LANES];
     for row in rows {
         for k in 0..LANES {
-            sound[k] &= u32::from(row[k] > low) & u32::from(row[k] < high);
+            sound[k] &= u32::from(is_sound(row[k]));
         }
     }
     sound == [1; LANES]
@@ -306,8 +311,10 @@ fn all_sound<T: Real>(rows: &[[T; LANES]]) -> bool {
 /// Notes a cell of a row that is no longer sound.
 #[inline(always)]
 fn look_over<T: Real>(row: u8, density: Lanes<T>, findings: &mut Findings) {
-    let unsound = (0..LANES).find(|k| !all_sound(&[[density.0[*k]; LANES]]));
-    findings.broken = findings.broken.or(unsound.map(|k| first_of(row) + k));
+    if !all_sound(&[density.0]) {
+        let unsound = (0..LANES).find(|k| !is_sound(density.0[*k]));
+        findings.broken = findings.broken.or(unsound.map(|k| first_of(row) + k));
+    }
 }
 
 /// Streams and collides the bulk rows of a block.
@@ -321,6 +328,9 @@ fn step_bulk<T: Real, R: Law<T>>(
     block: &mut Block<'_, T>,
     findings: &mut Findings,
 ) {
+    if rows.is_empty() {
+        return;
+    }
     let (mut f, mut to): ([Pair<T>; PAIRS], [Pair<T>; PAIRS]) = bytemuck::Zeroable::zeroed();
     let mut density = [[[T::ONE; LANES]; 2]; PAIRS];
     for (n, batch) in rows.chunks(2 * PAIRS).enumerate() {
