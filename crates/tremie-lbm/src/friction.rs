@@ -24,7 +24,7 @@
 use tremie_case::Surface;
 
 use crate::collision::{COMPONENT, Drive, Held, moments};
-use crate::lanes::{LANES, Lanes, bits};
+use crate::lanes::{Lanes, bits};
 use crate::lattice::{C, opposite};
 use crate::processor::for_this_processor;
 use crate::real::{Number, Real, larger};
@@ -34,7 +34,6 @@ use crate::scaling::Scaling;
 use crate::solids::{Contact, Contacts, Touching};
 use crate::source::Source;
 use crate::together::{Own, Physics, Populations};
-use crate::topology::ROWS;
 use crate::wall::{FACES, SLANTED, sliding_velocity, tangents};
 
 /// Turns in which the sliding velocity is found: once for the shear, once more for what else the cell bears.
@@ -156,7 +155,7 @@ fn slide_at_walls_here<T: Real, R: Law<T>>(
     f: &mut Populations<T>,
     slides: &mut [u8; 6],
 ) {
-    let first = (usize::from(row.row) & (ROWS - 1)) * LANES;
+    let first = row.first();
     let law = physics.law.row(&own.law);
     for (face, Rubbing { along, alone, side }) in source.rubbing(row, contacts).into_iter().enumerate() {
         let (axis, normal) = FACES[face];

@@ -16,14 +16,14 @@ pub(crate) const LANES: usize = EDGE;
 #[repr(C, align(32))]
 pub(crate) struct Lanes<T>(pub(crate) [T; LANES]);
 
-/// For each byte what is not 0 in the lanes whose bits are set: quicker read than worked out.
-static SET: [[u32; LANES]; 256] = {
+/// For each byte all ones in the lanes whose bits are set: quicker read than worked out.
+static SET: [[i32; LANES]; 256] = {
     let mut table = [[0; LANES]; 256];
     let mut bits = 0;
     while bits < 256 {
         let mut k = 0;
         while k < LANES {
-            table[bits][k] = (bits >> k & 1) as u32;
+            table[bits][k] = -((bits >> k & 1) as i32);
             k += 1;
         }
         bits += 1;
@@ -57,10 +57,10 @@ impl<T: Real> Lanes<T> {
     /// The numbers in lanes whose bit is set, those of `other` in the rest.
     #[inline(always)]
     pub(crate) fn choose(bits: u8, set: Self, other: Self) -> Self {
-        let set_in = &SET[usize::from(bits)];
+        let mask = &SET[usize::from(bits)];
         let mut new = other;
         for k in 0..LANES {
-            new.0[k] = if set_in[k] != 0 { set.0[k] } else { other.0[k] };
+            new.0[k] = T::choose(mask[k], set.0[k], other.0[k]);
         }
         new
     }

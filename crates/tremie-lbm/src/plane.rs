@@ -22,14 +22,16 @@ use crate::collision::Drive;
 use crate::grid::{SHARE, Shape, VELOCITY};
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, Q, each_pair};
+use crate::processor::for_this_processor;
 use crate::real::{Number, Real, by_axis, larger, smaller};
-use crate::rows::SurfaceRow;
+use crate::rows::{Rows, SurfaceRow};
 use crate::source::{Fills, Source};
-use crate::together::{Driving, Populations, Pushed, Weight};
-use crate::topology::ROWS;
+use crate::together::{Driving, Pair, Populations, Pushed, Weight};
 
 /// The 27 cells around (and with) a cell, x fastest.
-type Around<T> = [Lanes<T>; 27];
+type Around<N> = [N; AROUND];
+/// How many these are.
+const AROUND: usize = 27;
 
 /// Number in [`Around`] of the cell at `u` along `axis`, `v` and `w` along the two axes after it (0, 1, 2 for -1, 0, 1).
 const fn place(axis: usize, u: usize, v: usize, w: usize) -> usize {
@@ -49,15 +51,15 @@ const NONE: f64 = 1e-6;
 
 /// 1, 0 or -1.
 #[inline(always)]
-fn sign<T: Real>(x: Lanes<T>) -> Lanes<T> {
-    let below = Lanes::where_greater(Lanes::ZERO, x, -Lanes::ONE, Lanes::ZERO);
-    Lanes::where_greater(x, Lanes::ZERO, Lanes::ONE, below)
+fn sign<N: Number>(x: N) -> N {
+    let below = N::where_greater(N::ZERO, x, -N::ONE, N::ZERO);
+    N::where_greater(x, N::ZERO, N::ONE, below)
 }
 
 /// Normal out of the fluid, its parts' sizes adding up to 1; zero where nothing tells it.
 #[inline(always)]
-pub(crate) fn normal<T: Real>(fill: &Around<T>) -> [Lanes<T>; 3] {
-    let all = Lanes::<T>::from_f64;
+pub(crate) fn normal<N: Number>(fill: &Around<N>) -> [N; 3] {
+    let all = N::from_f64;
     let (zero, half, one, two, none, steep) = (all(0.0), all(0.5), all(1.0), all(2.0), all(NONE), all(STEEP));
     let mut rise = [zero; 3];
     let mut smooth = [zero; 3];
@@ -76,14 +78,14 @@ pub(crate) fn normal<T: Real>(fill: &Around<T>) -> [Lanes<T>; 3] {
     let mut steepness = [zero; 3];
     for h in 0..3 {
         let sum = slope[h][1].abs() + slope[h][2].abs();
-        steepness[h] = Lanes::where_greater(rise[h].abs(), none, sum, steep);
+        steepness[h] = N::where_greater(rise[h].abs(), none, sum, steep);
     }
     let least = smaller(smaller(steepness[0], steepness[1]), steepness[2]);
     // Equally good heights count equally, or the order of the axes would show.
-    let limit = least + least * Lanes::from_f64(1e-5) + none;
+    let limit = least + least * N::from_f64(1e-5) + none;
     let mut height = [zero; 3];
     for h in 0..3 {
-        let weight = Lanes::where_greater(steepness[h], limit, zero, one / (one + steepness[h]));
+        let weight = N::where_greater(steepness[h], limit, zero, one / (one + steepness[h]));
         height[h] += weight * sign(rise[h]);
         for n in 1..3 {
             height[(h + n) % 3] += weight * slope[h][n];
@@ -92,34 +94,34 @@ pub(crate) fn normal<T: Real>(fill: &Around<T>) -> [Lanes<T>; 3] {
     let total = smooth[0].abs() + smooth[1].abs() + smooth[2].abs();
     let largest = larger(larger(smooth[0].abs(), smooth[1].abs()), smooth[2].abs());
     // In doubt the height, or rounding would decide: in the corner of a wall and a symmetry plane the two tie.
-    let further = (one + least) * Lanes::from_f64(1.0 + 1e-4) * largest;
+    let further = (one + least) * N::from_f64(1.0 + 1e-4) * largest;
     let mut chosen = [zero; 3];
     for a in 0..3 {
-        chosen[a] = Lanes::where_greater(total, further, smooth[a], height[a]);
-        chosen[a] = Lanes::where_greater(steep, least, chosen[a], smooth[a]);
+        chosen[a] = N::where_greater(total, further, smooth[a], height[a]);
+        chosen[a] = N::where_greater(steep, least, chosen[a], smooth[a]);
     }
     let size = chosen[0].abs() + chosen[1].abs() + chosen[2].abs();
-    let scale = Lanes::where_greater(size, none, -one / larger(size, none), zero);
+    let scale = N::where_greater(size, none, -one / larger(size, none), zero);
     [chosen[0] * scale, chosen[1] * scale, chosen[2] * scale]
 }
 
 /// The positive part.
 #[inline(always)]
-fn over<T: Real>(x: Lanes<T>) -> Lanes<T> {
-    larger(x, Lanes::ZERO)
+fn over<N: Number>(x: N) -> N {
+    larger(x, N::ZERO)
 }
 
 /// Where the plane lies: `a` such that `m . x < a` has the volume `fill` in the unit cube.
 #[inline(always)]
-fn offset<T: Real, const TURNS: usize>(m: [Lanes<T>; 3], fill: Lanes<T>) -> Lanes<T> {
-    let all = Lanes::<T>::from_f64;
+fn offset<N: Number>(m: [N; 3], fill: N, turns: usize) -> N {
+    let all = N::from_f64;
     let (half, one, three) = (all(0.5), all(1.0), all(3.0));
     let least = smaller(fill, one - fill);
-    let volume = Lanes::from_f64(6.0) * m[0] * m[1] * m[2] * least;
+    let volume = N::from_f64(6.0) * m[0] * m[1] * m[2] * least;
     // Never below the root, for any normal.
-    let mut a = smaller(Lanes::from_f64(0.63) * over(least).sqrt().sqrt(), half);
+    let mut a = smaller(N::from_f64(0.63) * over(least).sqrt().sqrt(), half);
     let pairs = [m[0] + m[1], m[0] + m[2], m[1] + m[2]];
-    for _ in 0..TURNS {
+    for _ in 0..turns {
         let mut growth = a * a;
         let mut value = growth * a;
         for n in 0..3 {
@@ -128,35 +130,35 @@ fn offset<T: Real, const TURNS: usize>(m: [Lanes<T>; 3], fill: Lanes<T>) -> Lane
             growth += more2 - less2;
             value += more2 * more - less2 * less;
         }
-        let step = (value - volume) / larger(three * growth, Lanes::TINY);
+        let step = (value - volume) / larger(three * growth, N::TINY);
         a = smaller(over(a - step), half);
     }
-    Lanes::where_greater(fill, half, one - a, a)
+    N::where_greater(fill, half, one - a, a)
 }
 
 /// How far in cells the plane of a normal, which cuts off `fill`, lies from the middle of its cell, out of the fluid.
 #[inline(always)]
-pub(crate) fn depth<T: Real>(normal: [Lanes<T>; 3], fill: Lanes<T>) -> Lanes<T> {
-    let m = normal.map(|n| larger(n.abs(), Lanes::from_f64(LEAST)));
+pub(crate) fn depth<N: Number>(normal: [N; 3], fill: N) -> N {
+    let m = normal.map(|n| larger(n.abs(), N::from_f64(LEAST)));
     let (sum, square) = (m[0] + m[1] + m[2], m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
-    let scale = Lanes::ONE / sum;
-    let within = smaller(over(fill), Lanes::ONE);
-    let middle = Lanes::from_f64(0.5);
-    (offset::<T, MORE_TURNS>(m.map(|m| m * scale), within) - middle) * sum / square.sqrt()
+    let scale = N::ONE / sum;
+    let within = smaller(over(fill), N::ONE);
+    let middle = N::from_f64(0.5);
+    (offset(m.map(|m| m * scale), within, MORE_TURNS) - middle) * sum / square.sqrt()
 }
 
 /// Wet share of the square that the plane `p x + q y < a` cuts, with `scale = 1 / (2 p q)`.
 #[inline(always)]
-fn area<T: Real>(p: Lanes<T>, q: Lanes<T>, scale: Lanes<T>, a: Lanes<T>) -> Lanes<T> {
-    let square = |x: Lanes<T>| over(x) * over(x);
+fn area<N: Number>(p: N, q: N, scale: N, a: N) -> N {
+    let square = |x: N| over(x) * over(x);
     let wet = square(a) - square(a - p) - square(a - q) + square(a - p - q);
-    smaller(over(wet * scale), Lanes::ONE)
+    smaller(over(wet * scale), N::ONE)
 }
 
 /// Wet shares of the six faces, in the order of the velocities 1 to 6.
 #[inline(always)]
-fn shares<T: Real>(normal: [Lanes<T>; 3], fill: Lanes<T>, velocity: [Lanes<T>; 3]) -> [Lanes<T>; 6] {
-    let all = Lanes::<T>::from_f64;
+fn shares<N: Number>(normal: [N; 3], fill: N, velocity: [N; 3]) -> [N; 6] {
+    let all = N::from_f64;
     let (zero, half, one, least) = (all(0.0), all(0.5), all(1.0), all(LEAST));
     let mut m = [zero; 3];
     for a in 0..3 {
@@ -169,7 +171,7 @@ fn shares<T: Real>(normal: [Lanes<T>; 3], fill: Lanes<T>, velocity: [Lanes<T>; 3
         ahead[a] = half * scale * normal[a] * velocity[a];
     }
     let within = smaller(over(fill), one);
-    let a = offset::<T, TURNS>(m, within);
+    let a = offset(m, within, TURNS);
     let known = normal[0].abs() + normal[1].abs() + normal[2].abs();
     let mut shares = [zero; 6];
     for axis in 0..3 {
@@ -181,9 +183,9 @@ fn shares<T: Real>(normal: [Lanes<T>; 3], fill: Lanes<T>, velocity: [Lanes<T>; 3
         for side in 0..2 {
             let aside = if side == 0 { aside } else { -aside };
             let share = area(m[v], m[w], twice, moved - aside);
-            let share = Lanes::where_greater(known, half, share, within);
-            let share = Lanes::where_greater(one, fill, share, one);
-            shares[2 * axis + side] = Lanes::where_greater(fill, zero, share, zero);
+            let share = N::where_greater(known, half, share, within);
+            let share = N::where_greater(one, fill, share, one);
+            shares[2 * axis + side] = N::where_greater(fill, zero, share, zero);
         }
     }
     shares
@@ -222,8 +224,8 @@ pub(crate) fn velocities<T: Real>(
 
 /// The fills around the cells of a row; beyond a wall the surface goes on mirrored.
 #[inline(always)]
-pub(crate) fn around<T: Real>(fills: &Fills<'_, T>, row: &SurfaceRow) -> Around<T> {
-    let mut fill = [Lanes::from_f64(0.0); 27];
+pub(crate) fn around<T: Real>(fills: &Fills<'_, T>, row: &SurfaceRow) -> Around<Lanes<T>> {
+    let mut fill = [Lanes::ZERO; AROUND];
     for (n, fill) in fill.chunks_exact_mut(3).enumerate() {
         let [y, z] = [n % 3, n / 3].map(|at| 1 - at as i32);
         for x in 0..3 {
@@ -251,29 +253,57 @@ pub(crate) fn around<T: Real>(fills: &Fills<'_, T>, row: &SurfaceRow) -> Around<
     fill
 }
 
-/// Finds the surface in the interface cells of a row, and how fast it moves.
+/// Wet shares of the faces of the cells of two rows, from the fills around them and their velocities.
+#[inline(always)]
+fn cut<T: Real>(fill: &Pair<T, AROUND>, velocity: &Pair<T, 3>, to: &mut Pair<T, 6>) {
+    // One by one, of which the compiler makes one run over all sixteen.
+    for k in 0..2 * LANES {
+        let fill = fill.cell(k);
+        to.put_cell(k, &shares(normal(&fill), fill[AROUND / 2], velocity.cell(k)));
+    }
+}
+
+for_this_processor! {
+    /// [`cut`] for the processor at hand.
+    cut_here = cut<T: Real>(fill: &Pair<T, AROUND>, velocity: &Pair<T, 3>, to: &mut Pair<T, 6>)
+}
+
+/// Finds the surface in the interface cells of a block, and how fast it moves.
 #[inline(always)]
 pub(crate) fn reconstruct<T: Real>(
     source: &Source<'_, T>,
     fills: &Fills<'_, T>,
-    row: &SurfaceRow,
+    rows: &Rows,
     gravity: [T; 3],
     shape: &mut Shape<T>,
 ) {
-    let first = (usize::from(row.row) & (ROWS - 1)) * LANES;
-    let f = std::array::from_fn(|i| source.own(i, first));
-    let drive = match source.push(first) {
-        None => Weight(gravity).row(0),
-        Some(push) => Pushed::new(gravity, [push; 2]).row(0),
-    };
-    let velocity = velocities(&f, fills.own.lanes(0, first), drive);
-    for axis in 0..3 {
-        shape.put(VELOCITY + axis, first, velocity[axis]);
-    }
-    let fill = around(fills, row);
-    let shares = shares(normal(&fill), fill[13], velocity);
-    for face in 0..6 {
-        shape.put(SHARE + face, first, shares[face]);
+    let mut fill: Pair<T, AROUND> = bytemuck::Zeroable::zeroed();
+    let mut velocity: Pair<T, 3> = bytemuck::Zeroable::zeroed();
+    let mut shares: Pair<T, 6> = bytemuck::Zeroable::zeroed();
+    let mut rows = rows.surface.iter().filter(|row| row.kinds.interface != 0);
+    while let Some(row) = rows.next() {
+        let both = [Some(row), rows.next()];
+        let both = || both.iter().flatten().enumerate();
+        for (n, row) in both() {
+            let first = row.first();
+            let f = std::array::from_fn(|i| source.own(i, first));
+            let drive = match source.push(first) {
+                None => Weight(gravity).row(0),
+                Some(push) => Pushed::new(gravity, [push; 2]).row(0),
+            };
+            let moves = velocities(&f, fills.own.lanes(0, first), drive);
+            for axis in 0..3 {
+                shape.put(VELOCITY + axis, first, moves[axis]);
+            }
+            velocity.put(n, &moves);
+            fill.put(n, &around(fills, row));
+        }
+        cut_here(&fill, &velocity, &mut shares);
+        for (n, row) in both() {
+            for face in 0..6 {
+                shape.put(SHARE + face, row.first(), Lanes(shares.0[face][n]));
+            }
+        }
     }
 }
 
@@ -312,8 +342,7 @@ mod tests {
             for fill in [0.002, 0.03, 0.2, 0.5, 0.7, 0.95] {
                 let m = n.map(|x| x.max(LEAST));
                 let m = m.map(|x| x / m.iter().sum::<f64>());
-                let volume =
-                    count(m, offset::<f64, TURNS>(m.map(Lanes::from_f64), Lanes::from_f64(fill)).0[0], None);
+                let volume = count(m, offset(m, fill, TURNS), None);
                 assert!((volume - fill).abs() < 4e-3, "{n:?}: {volume} for {fill}");
             }
         }
@@ -325,13 +354,12 @@ mod tests {
             for fill in [0.1, 0.4, 0.8] {
                 let m = n.map(|x| x.max(LEAST));
                 let m = m.map(|x| x / m.iter().sum::<f64>());
-                let a = offset::<f64, TURNS>(m.map(Lanes::from_f64), Lanes::from_f64(fill)).0[0];
-                let at_rest =
-                    shares(n.map(Lanes::from_f64), Lanes::<f64>::from_f64(fill), [Lanes::from_f64(0.0); 3]);
+                let a = offset(m, fill, TURNS);
+                let at_rest = shares(n, fill, [0.0; 3]);
                 for axis in (0..3).filter(|axis| n[*axis] > 0.0) {
                     for (side, at) in [(0, 1.0), (1, 0.0)] {
                         let exact = count(m, a, Some((axis, at)));
-                        let share = at_rest[2 * axis + side].0[0];
+                        let share = at_rest[2 * axis + side];
                         assert!(
                             (share - exact).abs() < 0.02,
                             "{n:?} {fill} {axis} {side}: {share}, not {exact}"
@@ -344,7 +372,7 @@ mod tests {
 
     /// Fills of the 27 cells that the plane `n . (x - middle) < d` cuts.
     fn cut(n: [f64; 3], d: f64) -> Around<f64> {
-        let mut fill = [Lanes::from_f64(0.0); 27];
+        let mut fill = [0.0; AROUND];
         for (cell, fill) in fill.iter_mut().enumerate() {
             let at = [cell % 3, cell / 3 % 3, cell / 9].map(|x| x as f64 - 1.0);
             let mut inside = 0;
@@ -352,7 +380,7 @@ mod tests {
                 let x = [s % 20, s / 20 % 20, s / 400].map(|i| (i as f64 + 0.5) / 20.0 - 0.5);
                 inside += usize::from((0..3).map(|i| n[i] * (at[i] + x[i])).sum::<f64>() < d);
             }
-            *fill = Lanes::from_f64(inside as f64 / 8000.0);
+            *fill = inside as f64 / 8000.0;
         }
         fill
     }
@@ -363,7 +391,7 @@ mod tests {
             for signs in [[1.0, 1.0, 1.0], [-1.0, 1.0, 1.0], [1.0, -1.0, -1.0]] {
                 let n = [0, 1, 2].map(|a| n[a] * signs[a]);
                 for d in [-0.1, 0.0, 0.2] {
-                    let found = normal(&cut(n, d)).map(|n| n.0[3]);
+                    let found = normal(&cut(n, d));
                     let off = (0..3).map(|a| (found[a] - n[a]).abs()).fold(0.0, f64::max);
                     assert!(off < 0.07, "{n:?} {d}: {found:?}");
                 }
@@ -375,7 +403,7 @@ mod tests {
     fn no_order_of_axes() {
         let n = [0.45, 0.45, 0.1];
         let fill = cut(n, 0.1);
-        let found = normal(&fill).map(|n| n.0[0]);
+        let found = normal(&fill);
         assert!((found[0] - found[1]).abs() < 1e-12);
     }
 }

@@ -53,6 +53,9 @@ pub trait Real: Number<Scalar = Self> + Default + PartialOrd + Send + Sync + byt
     const NAME: &'static str;
     /// Widens to `f64`.
     fn to_f64(self) -> f64;
+    /// `set` where `mask` is all ones, `other` where it is 0. (Bit by bit: of comparisons with a table that it knows the compiler makes
+    /// a case for each lane.)
+    fn choose(mask: i32, set: Self, other: Self) -> Self;
     /// The interval in which a number >= 0 lies, if each octave from 2^`first` on is cut into 2^DIGITS of them, and the place
     /// in it from 0 to 1; the nearer end of the first `count` where it lies in none.
     fn logarithmic_place<const DIGITS: u32>(self, first: i32, count: usize) -> (usize, Self);
@@ -105,6 +108,11 @@ macro_rules! real {
             #[inline(always)]
             fn to_f64(self) -> f64 {
                 self as f64
+            }
+            #[inline(always)]
+            fn choose(mask: i32, set: Self, other: Self) -> Self {
+                let mask = i64::from(mask) as $bits;
+                $type::from_bits(set.to_bits() & mask | other.to_bits() & !mask)
             }
             #[inline(always)]
             fn logarithmic_place<const DIGITS: u32>(self, first: i32, count: usize) -> (usize, Self) {

@@ -195,18 +195,27 @@ impl<N: Number> Relaxation<N> for Bingham<N> {
     #[inline(always)]
     fn wall_velocity(&self, traction: N, growth: N, cell: impl Fn(N) -> [N; 3]) -> N {
         let rigid = self.wall_velocity_rigid(traction, growth);
-        // The cell's fluidity depends on v: v = next(v).
-        let next = |v: N| {
+        // The cell's fluidity depends on v: v = next(v). Each turn comes nearer by much the same share of the way, so that two tell where it
+        // ends (Aitken 1926).
+        let (mut before, mut v) = (rigid, rigid);
+        for turn in 0..3 {
             let [fluidity, wall, _] = cell(v);
             let traction = wall + N::from_f64(1.0 / 3.0) * v;
-            N::where_greater(fluidity, N::ZERO, self.wall_velocity_yielded(traction, fluidity), rigid)
-        };
-        // Each turn comes nearer by much the same share of the way, so that two tell where it ends (Aitken 1926).
-        let first = next(rigid);
-        let second = next(first);
-        let (step, change) = (second - first, (first - rigid) - (second - first));
-        let share = N::where_greater(change.abs(), N::TINY, step / change, N::ZERO);
-        next(second + step * larger(smaller(share, N::from_f64(4.0)), -N::from_f64(0.5)))
+            let yielded = self.wall_velocity_yielded(traction, fluidity);
+            let next = N::where_greater(fluidity, N::ZERO, yielded, rigid);
+            v = match turn {
+                1 => {
+                    let (step, change) = (next - v, (v - before) - (next - v));
+                    let share = N::where_greater(change.abs(), N::TINY, step / change, N::ZERO);
+                    next + step * larger(smaller(share, N::from_f64(4.0)), -N::from_f64(0.5))
+                }
+                _ => {
+                    before = v;
+                    next
+                }
+            };
+        }
+        v
     }
 
     #[inline(always)]

@@ -77,6 +77,28 @@ pub(crate) struct SurfaceRow {
     pub(crate) contacts: Option<Box<Contacts>>,
 }
 
+/// The first cell of a row of a block.
+#[inline(always)]
+pub(crate) fn first_of(row: u8) -> usize {
+    (usize::from(row) & (ROWS - 1)) * LANES
+}
+
+impl BulkRow {
+    /// Its first cell in the block.
+    #[inline(always)]
+    pub(crate) fn first(&self) -> usize {
+        first_of(self.row)
+    }
+}
+
+impl SurfaceRow {
+    /// Its first cell in the block.
+    #[inline(always)]
+    pub(crate) fn first(&self) -> usize {
+        first_of(self.row)
+    }
+}
+
 impl Links {
     /// The nine rows around a row.
     #[inline(always)]

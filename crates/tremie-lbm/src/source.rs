@@ -30,16 +30,49 @@ pub(crate) struct Surroundings<'a, T, const N: usize> {
     near: Near<'a, T, N>,
     /// Whether rows go on in the blocks before and after as they do in most blocks.
     regular: bool,
+    /// Bits of the first and of the last cell of a row. (Looked up, not written out: of lanes that it knows the compiler makes pieces.)
+    ends: [u8; 2],
 }
 
 impl<'a, T: Real, const N: usize> Surroundings<'a, T, N> {
     pub(crate) fn new(links: &'a Links, all: &'a [Box<Values<T, N>>], slot: usize) -> Self {
         let near = std::array::from_fn(|n| &*all[links.slots[n.min(26)] as usize]);
-        Self { links, own: &all[slot], near, regular: links.regular() }
+        let ends = [1, 1 << (usize::from(links.last) & (LANES - 1))];
+        Self { links, own: &all[slot], near, regular: links.regular(), ends }
     }
 
-    /// Puts one number of the cells of a row, each taken from the cell at -c, where it is wanted. `seen` tells which number that is
-    /// beyond mirrors.
+    /// One number of the cells of a row, each taken from the cell at -c, but for the one at the end, if c has a part along rows: that cell
+    /// and its number. `seen` tells which number that is beyond mirrors.
+    #[inline(always)]
+    fn parts<const REGULAR: bool>(
+        &self,
+        beside: &Beside,
+        c: [i32; 3],
+        seen: impl Fn(u8) -> usize,
+    ) -> (Lanes<T>, Option<(usize, T)>) {
+        let beside = &beside[upstream(c)];
+        let row = usize::from(beside.row);
+        let block = |block: u8| self.near[usize::from(block) & 31];
+        let (here, number) = (block(beside.block), seen(beside.flip));
+        if c[0] == 0 {
+            return (Lanes(here.row(row)[number]), None);
+        }
+        // What comes into a row at its end is one cell of another row.
+        let up = c[0] == 1;
+        let (block, step, end) = match up {
+            true => (block(beside.low), self.links.before(), 0),
+            false => (block(beside.high), self.links.after(), usize::from(self.links.last) & (LANES - 1)),
+        };
+        let moved = here.moved(number, row, up);
+        if REGULAR {
+            let (end, from) = if up { (0, LANES - 1) } else { (LANES - 1, 0) };
+            return (moved, Some((end, block.row(row)[number][from])));
+        }
+        let number = seen(beside.flip | step.flip);
+        (moved, Some((end, block.row(row)[number][usize::from(step.index) & (LANES - 1)])))
+    }
+
+    /// Puts one number of the cells of a row, each taken from the cell at -c, where it is wanted.
     #[inline(always)]
     fn pull_into<const REGULAR: bool>(
         &self,
@@ -48,39 +81,26 @@ impl<'a, T: Real, const N: usize> Surroundings<'a, T, N> {
         seen: impl Fn(u8) -> usize,
         to: &mut [T; LANES],
     ) {
-        let beside = &beside[upstream(c)];
-        let row = usize::from(beside.row);
-        let block = |block: u8| self.near[usize::from(block) & 31];
-        let (here, number) = (block(beside.block), seen(beside.flip));
-        if c[0] == 0 {
-            *to = here.row(row)[number];
-            return;
-        }
-        // What comes into a row at its end is one cell of another row.
-        let up = c[0] == 1;
-        let (block, step, end) = match up {
-            true => (block(beside.low), self.links.before(), 0),
-            false => (block(beside.high), self.links.after(), usize::from(self.links.last) & (LANES - 1)),
-        };
-        *to = here.moved(number, row, up).0;
-        if REGULAR {
-            to[if up { 0 } else { LANES - 1 }] = block.row(row)[number][if up { LANES - 1 } else { 0 }];
-        } else {
-            let number = seen(beside.flip | step.flip);
-            to[end] = block.row(row)[number][usize::from(step.index) & (LANES - 1)];
+        let (moved, end) = self.parts::<REGULAR>(beside, c, seen);
+        *to = moved.0;
+        if let Some((at, number)) = end {
+            to[at] = number;
         }
     }
 
     /// The eight values of array `number` for a row, each taken from the cell at -c. Mirrors do not change them.
+    ///
+    /// What is read again at once has to be put right as a vector: in memory it would wait for both parts.
     #[inline(always)]
     pub(crate) fn pull(&self, beside: &Beside, c: [i32; 3], number: usize) -> Lanes<T> {
-        let mut lanes = Lanes::ZERO;
-        if self.regular {
-            self.pull_into::<true>(beside, c, |_| number, &mut lanes.0);
-        } else {
-            self.pull_into::<false>(beside, c, |_| number, &mut lanes.0);
+        let (moved, end) = match self.regular {
+            true => self.parts::<true>(beside, c, |_| number),
+            false => self.parts::<false>(beside, c, |_| number),
+        };
+        match end {
+            Some((_, number)) => Lanes::choose(self.ends[usize::from(c[0] < 0)], Lanes::splat(number), moved),
+            None => moved,
         }
-        lanes
     }
 }
 

@@ -44,8 +44,11 @@ impl<T: Real> Grid<T> {
                 })
                 .collect()
         };
+        let holds_any = |slot: usize, row: usize| {
+            (0..EDGE).any(|k| walls[slot][row] >> k & 1 == 1 && mass[slot][EDGE * row + k] != 0.0)
+        };
         let holds: Vec<bool> = (0..walls.len())
-            .map(|slot| (0..CELLS).any(|n| at_wall(slot, n) && mass[slot][n] != 0.0))
+            .map(|slot| (0..ROWS).any(|row| walls[slot][row] != 0 && holds_any(slot, row)))
             .collect();
         let near = |slot: &usize| links[*slot].slots.iter().any(|beside| holds[*beside as usize]);
         let slots: Vec<usize> =

@@ -29,12 +29,11 @@ use crate::plane::{reconstruct, velocities};
 use crate::processor::for_this_processor;
 use crate::real::{Number, Real, by_axis, larger, smaller};
 use crate::relaxation::{Law, Relaxation};
-use crate::rows::{BulkRow, Rows, SurfaceRow};
+use crate::rows::{BulkRow, Rows, SurfaceRow, first_of};
 use crate::solids::Contact;
 use crate::source::{Fills, Shapes, Source};
 use crate::together::{
-    Own, PAIRS, Pair, Physics, Populations, Pushed, Weight, collide_pairs_here, collide_partly_here,
-    rescale_row,
+    Own, PAIRS, Pair, Physics, Populations, Pushes, Whole, collide_pairs_here, rescale_row,
 };
 use crate::topology::{CELLS, ROWS};
 use crate::transport::gains;
@@ -115,17 +114,11 @@ impl<T: Real> Held<Lanes<T>> {
     }
 }
 
-/// The first cell of a row.
-#[inline(always)]
-fn first_of(row: u8) -> usize {
-    (usize::from(row) & (ROWS - 1)) * LANES
-}
-
 impl<'a, T: Real> Source<'a, T> {
     /// Makes up what should come from the air.
     #[inline(always)]
     fn meet_air(&self, around: &SurfaceRow, surface: &Shapes<'_, T>, f: &mut [Lanes<T>; Q]) {
-        let first = first_of(around.row);
+        let first = around.first();
         // The gas has density 1, and more where surface tension presses, and moves with the fluid.
         let u = by_axis(|axis| surface.own.lanes(VELOCITY + axis, first));
         let square = Lanes::from_f64(1.5) * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]) - self.air(first);
@@ -152,7 +145,7 @@ impl<'a, T: Real> Source<'a, T> {
     /// Sends back what would go into walls.
     #[inline(always)]
     fn meet_walls(&self, around: &SurfaceRow, f: &mut [Lanes<T>; Q]) {
-        let first = first_of(around.row);
+        let first = around.first();
         let moving = self.topology.moving_walls();
         for i in 1..Q {
             let solid = around.solid[i];
@@ -177,7 +170,7 @@ impl<'a, T: Real> Source<'a, T> {
         slides: [u8; 6],
         f: &mut Populations<T>,
     ) {
-        let first = first_of(row.row);
+        let first = row.first();
         for face in 0..FACES.len() {
             let flat = row.flat[face] & !slides[face];
             if flat == 0 {
@@ -230,7 +223,7 @@ impl<'a, T: Real> Source<'a, T> {
         mass: &mut [f64; CELLS],
         swept: &mut f64,
     ) -> ([Lanes<T>; 2], [f64; LANES], [f64; LANES]) {
-        let first = first_of(row.row);
+        let first = row.first();
         let contacts = self.contacts(row, first);
         let mut room = [0.0; LANES];
         let slides = match row.any_immersed {
@@ -337,12 +330,13 @@ fn step_bulk<T: Real, R: Law<T>>(
         for (m, row) in batch.iter().enumerate() {
             source.arrive(&row.beside, &mut f[m / 2].0, m % 2);
         }
-        let own = |m: usize| physics.own(source, first_of(batch[m.min(batch.len() - 1)].row));
+        let own = |m: usize| physics.own(source, batch[m.min(batch.len() - 1)].first());
         let own: [[Own<'_, T, R>; 2]; PAIRS] = std::array::from_fn(|n| [own(2 * n), own(2 * n + 1)]);
         let pairs = batch.len().div_ceil(2);
         let ahead = (ahead, 2 * PAIRS * n);
         collide_pairs_here(
             &f[..pairs],
+            &[Whole; PAIRS],
             &own[..pairs],
             physics,
             ahead,
@@ -409,7 +403,7 @@ fn judge<T: Real>(
 /// Air becomes interface when a cell beside it has filled. A film thinner than a cell never fills one: without this
 /// the front of a sheet stays where it is as soon as it is lower than a cell.
 fn reach<T: Real>(around: &SurfaceRow, fill: Lanes<T>, shape: &Shape<T>, findings: &mut Findings) {
-    let first = first_of(around.row);
+    let first = around.first();
     let row = usize::from(around.row) & (ROWS - 1);
     let thin = bits(|k| fill.0[k].to_f64() < THIN);
     let lasting = around.any_air & thin & !(findings.full[row] | findings.empty[row]);
@@ -423,6 +417,104 @@ fn reach<T: Real>(around: &SurfaceRow, fill: Lanes<T>, shape: &Shape<T>, finding
             if share > REACHES && onward > 0.0 {
                 findings.reached.push((first + k, i));
                 findings.any = true;
+            }
+        }
+    }
+}
+
+/// Streams and collides the surface rows of a block, before which it had `first` others.
+#[inline(always)]
+fn step_surface<T: Real, R: Law<T>>(
+    source: &Source<'_, T>,
+    surface: &Shapes<'_, T>,
+    rows: &[SurfaceRow],
+    (ahead, first): (&Ahead<'_, T>, usize),
+    physics: &Physics<T, R>,
+    change: Option<T>,
+    block: &mut Block<'_, T>,
+    findings: &mut Findings,
+) {
+    if rows.is_empty() {
+        return;
+    }
+    let (mut f, mut to): ([Pair<T>; PAIRS], [Pair<T>; PAIRS]) = bytemuck::Zeroable::zeroed();
+    let mut held: [Pair<T, 2>; PAIRS] = bytemuck::Zeroable::zeroed();
+    let mut density = [[[T::ONE; LANES]; 2]; PAIRS];
+    // Gains, and the room that walls leave.
+    let mut told = [[[0.0; LANES]; 2]; 2 * PAIRS];
+    let mut done = first;
+    // Forces push on both rows of a pair or on neither.
+    for batch in rows.chunk_by(|a, b| a.caged == b.caged).flat_map(|rows| rows.chunks(2 * PAIRS)) {
+        let mut braked: [Option<Pushes<T>>; 2 * PAIRS] = [const { None }; 2 * PAIRS];
+        for (m, row) in batch.iter().enumerate() {
+            let mut arrived = source.arriving(&row.beside);
+            let own = physics.own(source, row.first());
+            let (holds, gain, room) = source.surface(
+                surface,
+                row,
+                physics,
+                &own,
+                &mut arrived,
+                block.fill,
+                block.mass,
+                &mut findings.swept,
+            );
+            if row.caged {
+                braked[m] = source.braked(row.first(), holds, physics.gravity, &arrived);
+            }
+            f[m / 2].put(m % 2, &arrived);
+            held[m / 2].put(m % 2, &holds);
+            told[m] = [gain, room];
+        }
+        let last = batch.len() - 1;
+        let own: [Own<'_, T, R>; 2 * PAIRS] =
+            std::array::from_fn(|m| physics.own(source, batch[m.min(last)].first()));
+        let own: [[Own<'_, T, R>; 2]; PAIRS] =
+            std::array::from_fn(|n| [2 * n, 2 * n + 1].map(|m| own[m].or(&braked[m.min(last)])));
+        match change {
+            None => {
+                let pairs = batch.len().div_ceil(2);
+                collide_pairs_here(
+                    &f[..pairs],
+                    &held[..pairs],
+                    &own[..pairs],
+                    physics,
+                    (ahead, done),
+                    &mut to[..pairs],
+                    &mut density[..pairs],
+                );
+            }
+            Some(factor) => {
+                for m in 0..batch.len() {
+                    let [n, half] = [m / 2, m % 2];
+                    let (f, held) = (f[n].row(half), held[n].row(half).into());
+                    let (post, dense) = rescale_row(&f, held, &own[n][half], physics, factor);
+                    to[n].put(half, &post);
+                    density[n][half] = dense.0;
+                }
+            }
+        }
+        done += batch.len();
+        for (m, row) in batch.iter().enumerate() {
+            let [n, half] = [m / 2, m % 2];
+            let density = Lanes(density[n][half]);
+            block.back.put_row(usize::from(row.row), |i| to[n].0[i][half], false);
+            look_over(row.row, density, findings);
+            if let Some(seen) = &mut block.seen {
+                let fill = smaller(held[n].row(half)[0] / density, Lanes::ONE).only(row.kinds.wet());
+                let velocity = velocities(&to[n].row(half), fill, physics.drive_row(&own[n][half]));
+                // Velocities before are in other units where the step changes.
+                let beside = row.any_solid | row.any_air | row.any_interface | row.kinds.interface;
+                let ring = if change.is_none() { beside } else { 0 };
+                seen.put_mean(usize::from(row.row), velocity, fill, ring);
+            }
+            if row.kinds.interface == 0 {
+                continue;
+            }
+            let [gain, room] = &told[m];
+            judge(row, gain, room, density, block.mass, block.fill, findings);
+            if row.any_solid & row.any_air != 0 {
+                reach(row, block.fill.lanes(0, row.first()), surface.own, findings);
             }
         }
     }
@@ -446,72 +538,17 @@ fn step_block<T: Real, R: Law<T>>(
         Some(factor) => {
             for row in &rows.bulk {
                 let f = source.arriving(&row.beside);
-                let to = block.back.row_mut(usize::from(row.row));
-                let own = physics.own(source, first_of(row.row));
-                let density = rescale_row(&f, Held::Whole, &own, physics, factor, to);
+                let own = physics.own(source, row.first());
+                let (post, density) = rescale_row(&f, Held::Whole, &own, physics, factor);
+                block.back.put_row(usize::from(row.row), |i| post[i].0, past_caches);
                 look_over(row.row, density, findings);
             }
         }
     }
-    for (n, row) in rows.surface.iter().enumerate() {
-        ahead.ask(rows.bulk.len() + n);
-        let mut f = source.arriving(&row.beside);
-        let own = physics.own(source, first_of(row.row));
-        let (held, gain, room) =
-            source.surface(surface, row, physics, &own, &mut f, block.fill, block.mass, &mut findings.swept);
-        let braked = row.caged.then(|| source.braked(first_of(row.row), held, physics.gravity, &f)).flatten();
-        let own = own.or(&braked);
-        let to = block.back.row_mut(usize::from(row.row));
-        let mut density = Lanes::ONE;
-        match change {
-            None => match own.push {
-                Some(push) => {
-                    let driving = Pushed::new(physics.gravity, [push; 2]);
-                    collide_partly_here(&f, &held, &own.law, &driving, physics, to, &mut density);
-                }
-                None => {
-                    let driving = Weight(physics.gravity);
-                    collide_partly_here(&f, &held, &own.law, &driving, physics, to, &mut density);
-                }
-            },
-            Some(factor) => density = rescale_row(&f, held.into(), &own, physics, factor, to),
-        }
-        look_over(row.row, density, findings);
-        if let Some(seen) = &mut block.seen {
-            let first = first_of(row.row);
-            let fill = smaller(held[0] / density, Lanes::ONE).only(row.kinds.wet());
-            let post = std::array::from_fn(|i| block.back.lanes(i, first));
-            let velocity = velocities(&post, fill, physics.drive_row(&own));
-            // Velocities before are in other units where the step changes.
-            let beside = row.any_solid | row.any_air | row.any_interface | row.kinds.interface;
-            let ring = if change.is_none() { beside } else { 0 };
-            seen.put_mean(usize::from(row.row), velocity, fill, ring);
-        }
-        if row.kinds.interface == 0 {
-            continue;
-        }
-        judge(row, &gain, &room, density, block.mass, block.fill, findings);
-        if row.any_solid & row.any_air != 0 {
-            reach(row, block.fill.lanes(0, first_of(row.row)), surface.own, findings);
-        }
-    }
+    step_surface(source, surface, &rows.surface, (ahead, rows.bulk.len()), physics, change, block, findings);
     ahead.ask_rest(rows.bulk.len() + rows.surface.len());
     if past_caches {
         written();
-    }
-}
-
-/// Finds the surface in all interface cells of a block.
-#[inline(always)]
-fn reconstruct_block<T: Real>(
-    source: &Source<'_, T>,
-    fills: &Fills<'_, T>,
-    rows: &Rows,
-    gravity: [T; 3],
-    shape: &mut Shape<T>,
-) {
-    for row in rows.surface.iter().filter(|row| row.kinds.interface != 0) {
-        reconstruct(source, fills, row, gravity, shape);
     }
 }
 
@@ -531,8 +568,8 @@ for_this_processor! {
 }
 
 for_this_processor! {
-    /// [`reconstruct_block`] for the processor at hand.
-    reconstruct_here = reconstruct_block<T: Real>(
+    /// [`reconstruct`] for the processor at hand.
+    reconstruct_here = reconstruct<T: Real>(
         source: &Source<'_, T>,
         fills: &Fills<'_, T>,
         rows: &Rows,
@@ -657,26 +694,25 @@ impl<T: Real> Grid<T> {
         };
         for row in &rows.bulk {
             let (f, kinds) = (source.arriving(&row.beside), self.kinds[slot][usize::from(row.row)]);
-            let own = physics.own(&source, first_of(row.row));
+            let own = physics.own(&source, row.first());
             show(&f, Held::Whole, &own, row.row, kinds);
             if let Some(loads) = &mut loads {
                 let leaving = |k| leave(&f, Held::Whole, &own, k);
-                source.bear(first_of(row.row), kinds.wet(), None, &f, leaving, loads);
+                source.bear(row.first(), kinds.wet(), None, &f, leaving, loads);
             }
         }
         for row in &rows.surface {
             let mut f = source.arriving(&row.beside);
-            let own = physics.own(&source, first_of(row.row));
+            let own = physics.own(&source, row.first());
             let (held, ..) =
                 source.surface(&surface, row, physics, &own, &mut f, fill, &mut mass, &mut swept);
-            let braked =
-                row.caged.then(|| source.braked(first_of(row.row), held, physics.gravity, &f)).flatten();
+            let braked = row.caged.then(|| source.braked(row.first(), held, physics.gravity, &f)).flatten();
             let own = own.or(&braked);
             show(&f, held.into(), &own, row.row, row.kinds);
             if let Some(loads) = &mut loads {
                 if let Some(braked) = &braked {
                     source.bear_cages(
-                        first_of(row.row),
+                        row.first(),
                         row.kinds.wet(),
                         held,
                         &f,
@@ -685,9 +721,9 @@ impl<T: Real> Grid<T> {
                         loads,
                     );
                 }
-                let contacts = source.contacts(row, first_of(row.row));
+                let contacts = source.contacts(row, row.first());
                 let leaving = |k| leave(&f, held.into(), &own, k);
-                source.bear(first_of(row.row), row.kinds.wet(), Some((row, &contacts)), &f, leaving, loads);
+                source.bear(row.first(), row.kinds.wet(), Some((row, &contacts)), &f, leaving, loads);
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Rows whose cells collide together, as vectors.
 //!
 //! A collision is written for one cell (`collision`). The loops over cells are functions of their own, in which it is plain that nothing read
-//! is written: only then does the compiler do all cells in one run. Rows full of fluid go in pairs: sixteen numbers of 32 bits are one
+//! is written: only then does the compiler do all cells in one run. Rows go in pairs: sixteen numbers of 32 bits are one
 //! vector of AVX-512, and take half the instructions of two rows one after the other. Laws that are looked up in tables are asked by
 //! row instead ([`Law::BY_ROW`]).
 
@@ -134,7 +134,7 @@ impl<T> From<[Lanes<T>; 2]> for Held<Lanes<T>> {
     }
 }
 
-/// [`rescale`] for a row; the density too. Few steps do it, and it is not worth a copy in every kernel.
+/// [`rescale`] for a row. Few steps do it, and it is not worth a copy in every kernel.
 #[inline(never)]
 pub(crate) fn rescale_row<T: Real, R: Law<T>>(
     f: &Populations<T>,
@@ -142,60 +142,122 @@ pub(crate) fn rescale_row<T: Real, R: Law<T>>(
     own: &Own<'_, T, R>,
     physics: &Physics<T, R>,
     factor: T,
-    to: &mut [[T; LANES]; Q],
-) -> Lanes<T> {
+) -> (Populations<T>, Lanes<T>) {
     let law = physics.law.row(&own.law);
-    let (post, density) = rescale(
-        f,
-        held,
-        physics.drive_row(own),
-        &law,
-        Lanes::splat(physics.rates.trace),
-        Lanes::splat(factor),
-    );
-    for i in 0..Q {
-        to[i] = post[i].0;
-    }
-    density
+    let (trace, factor) = (Lanes::splat(physics.rates.trace), Lanes::splat(factor));
+    rescale(f, held, physics.drive_row(own), &law, trace, factor)
 }
 
-/// Populations of two rows beside each other: sixteen numbers are one vector, where processors have such.
+/// Numbers of the cells of two rows beside each other, their populations if not told otherwise: sixteen numbers are one vector, where processors
+/// have such.
 #[derive(Clone, Copy, bytemuck::Zeroable)]
 #[repr(C, align(64))]
-pub(crate) struct Pair<T>(pub(crate) [[[T; LANES]; 2]; Q]);
+pub(crate) struct Pair<T, const N: usize = Q>(pub(crate) [[[T; LANES]; 2]; N]);
+
+impl<T: Real, const N: usize> Pair<T, N> {
+    /// The numbers of one of the rows.
+    #[inline(always)]
+    pub(crate) fn row(&self, row: usize) -> [Lanes<T>; N] {
+        std::array::from_fn(|n| Lanes(self.0[n][row]))
+    }
+
+    /// Puts the numbers of one of the rows in.
+    #[inline(always)]
+    pub(crate) fn put(&mut self, row: usize, numbers: &[Lanes<T>; N]) {
+        for n in 0..N {
+            self.0[n][row] = numbers[n].0;
+        }
+    }
+
+    /// The numbers of one of the cells.
+    #[inline(always)]
+    pub(crate) fn cell(&self, cell: usize) -> [T; N] {
+        std::array::from_fn(|n| self.0[n].as_flattened()[cell])
+    }
+
+    /// Puts the numbers of one of the cells in.
+    #[inline(always)]
+    pub(crate) fn put_cell(&mut self, cell: usize, numbers: &[T; N]) {
+        for n in 0..N {
+            self.0[n].as_flattened_mut()[cell] = numbers[n];
+        }
+    }
+}
+
+/// How much of their cells the fluid of two rows fills: known to the compiler where it is all of them.
+pub(crate) trait Filling<T: Real> {
+    /// The nth cell.
+    fn cell(&self, n: usize) -> Held<T>;
+    /// The nth row.
+    fn row(&self, n: usize) -> Held<Lanes<T>>;
+}
+
+/// All of them.
+#[derive(Clone, Copy)]
+pub(crate) struct Whole;
+
+impl<T: Real> Filling<T> for Whole {
+    #[inline(always)]
+    fn cell(&self, _: usize) -> Held<T> {
+        Held::Whole
+    }
+
+    #[inline(always)]
+    fn row(&self, _: usize) -> Held<Lanes<T>> {
+        Held::Whole
+    }
+}
+
+/// What masses they hold, and by what they resist at least ([`Held::Partly`]).
+impl<T: Real> Filling<T> for Pair<T, 2> {
+    #[inline(always)]
+    fn cell(&self, n: usize) -> Held<T> {
+        let [mass, least] = Pair::cell(self, n);
+        Held::Partly { mass, least }
+    }
+
+    #[inline(always)]
+    fn row(&self, n: usize) -> Held<Lanes<T>> {
+        Pair::row(self, n).into()
+    }
+}
 
 /// Pairs of rows that collide one right after the other. (A collision waits for its roots and quotients one by one; meanwhile the
 /// processor begins with the next.)
 pub(crate) const PAIRS: usize = 4;
 
-/// Collides the cells of pairs of rows that hold nothing but fluid; the densities too. Before each pair what two rows of a block to come
+/// Collides the cells of pairs of rows; the densities too. Before each pair what two rows of a block to come
 /// need is asked for, from the row of number `first` on: while collisions wait for their quotients, memory has nothing else to do.
 #[inline(always)]
-fn collide_pairs<T: Real, R: Law<T>>(
+fn collide_pairs<T: Real, R: Law<T>, F: Filling<T>>(
     f: &[Pair<T>],
+    held: &[F],
     own: &[[Own<'_, T, R>; 2]],
     physics: &Physics<T, R>,
     (ahead, first): (&Ahead<'_, T>, usize),
     to: &mut [Pair<T>],
     density: &mut [[[T; LANES]; 2]],
 ) {
-    for (n, (((f, own), to), density)) in f.iter().zip(own).zip(to).zip(density).enumerate() {
+    for (n, ((((f, held), own), to), density)) in f.iter().zip(held).zip(own).zip(to).zip(density).enumerate()
+    {
         ahead.ask(first + 2 * n);
         ahead.ask(first + 2 * n + 1);
         let laws = [own[0].law, own[1].law];
         match [own[0].push, own[1].push] {
             [Some(a), Some(b)] => {
-                collide_pair(f, &laws, &Pushed::new(physics.gravity, [a, b]), physics, to, density);
+                let driving = Pushed::new(physics.gravity, [a, b]);
+                collide_pair(f, held, &laws, &driving, physics, to, density);
             }
-            _ => collide_pair(f, &laws, &Weight(physics.gravity), physics, to, density),
+            _ => collide_pair(f, held, &laws, &Weight(physics.gravity), physics, to, density),
         }
     }
 }
 
-/// Collides the cells of two rows that hold nothing but fluid; the densities too.
+/// Collides the cells of two rows; the densities too.
 #[inline(always)]
-fn collide_pair<T: Real, R: Law<T>, D: Driving<T>>(
+fn collide_pair<T: Real, R: Law<T>, F: Filling<T>, D: Driving<T>>(
     f: &Pair<T>,
+    held: &F,
     own: &[R::Own; 2],
     driving: &D,
     physics: &Physics<T, R>,
@@ -205,83 +267,31 @@ fn collide_pair<T: Real, R: Law<T>, D: Driving<T>>(
     if R::BY_ROW {
         let rates = physics.rates.of_row();
         for half in 0..2 {
-            let f: Populations<T> = std::array::from_fn(|i| Lanes(f.0[i][half]));
             let (law, drive) = (physics.law.row(&own[half]), driving.row(half));
-            let (post, dense) = collide(&f, Held::Whole, drive, &law, rates);
-            for i in 0..Q {
-                to.0[i][half] = post[i].0;
-            }
+            let (post, dense) = collide(&f.row(half), held.row(half), drive, &law, rates);
+            to.put(half, &post);
             density[half] = dense.0;
         }
         return;
     }
     // One by one, of which the compiler makes one run over all sixteen.
     for k in 0..2 * LANES {
-        let f: [T; Q] = std::array::from_fn(|i| f.0[i].as_flattened()[k]);
         let (law, drive) = (physics.law.cell(&own[k / LANES], k % LANES), driving.cell(k));
-        let (post, dense) = collide(&f, Held::Whole, drive, &law, physics.rates);
-        for i in 0..Q {
-            to.0[i].as_flattened_mut()[k] = post[i];
-        }
+        let (post, dense) = collide(&f.cell(k), held.cell(k), drive, &law, physics.rates);
+        to.put_cell(k, &post);
         density.as_flattened_mut()[k] = dense;
-    }
-}
-
-/// The same for one row, of cells that are held in part.
-#[inline(always)]
-fn collide_partly<T: Real, R: Law<T>, D: Driving<T>>(
-    f: &Populations<T>,
-    held: &[Lanes<T>; 2],
-    own: &R::Own,
-    driving: &D,
-    physics: &Physics<T, R>,
-    to: &mut [[T; LANES]; Q],
-    density: &mut Lanes<T>,
-) {
-    let [mass, least] = *held;
-    if R::BY_ROW {
-        let held = Held::Partly { mass, least };
-        let (law, drive) = (physics.law.row(own), driving.row(0));
-        let (post, dense) = collide(f, held, drive, &law, physics.rates.of_row());
-        for i in 0..Q {
-            to[i] = post[i].0;
-        }
-        *density = dense;
-        return;
-    }
-    for k in 0..LANES {
-        let f: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
-        let held = Held::Partly { mass: mass.0[k], least: least.0[k] };
-        let (law, drive) = (physics.law.cell(own, k), driving.cell(k));
-        let (post, dense) = collide(&f, held, drive, &law, physics.rates);
-        for i in 0..Q {
-            to[i][k] = post[i];
-        }
-        density.0[k] = dense;
     }
 }
 
 for_this_processor! {
     /// [`collide_pairs`] for the processor at hand.
-    pub(crate) collide_pairs_here = collide_pairs<T: Real, R: Law<T>>(
+    pub(crate) collide_pairs_here = collide_pairs<T: Real, R: Law<T>, F: Filling<T>>(
         f: &[Pair<T>],
+        held: &[F],
         own: &[[Own<'_, T, R>; 2]],
         physics: &Physics<T, R>,
         ahead: (&Ahead<'_, T>, usize),
         to: &mut [Pair<T>],
         density: &mut [[[T; LANES]; 2]]
-    )
-}
-
-for_this_processor! {
-    /// [`collide_partly`] for the processor at hand.
-    pub(crate) collide_partly_here = collide_partly<T: Real, R: Law<T>, D: Driving<T>>(
-        f: &Populations<T>,
-        held: &[Lanes<T>; 2],
-        own: &R::Own,
-        driving: &D,
-        physics: &Physics<T, R>,
-        to: &mut [[T; LANES]; Q],
-        density: &mut Lanes<T>
     )
 }

@@ -27,7 +27,6 @@ use crate::lattice::{C, Q, each_face, opposite};
 use crate::real::{Number, Real};
 use crate::rows::SurfaceRow;
 use crate::source::{Shapes, Source};
-use crate::topology::ROWS;
 
 /// The velocity `c`.
 const fn index(c: [i32; 3]) -> usize {
@@ -114,7 +113,7 @@ pub(crate) fn fluxes<T: Real>(
     arriving: &[Lanes<T>; Q],
     mut add: impl FnMut(usize, Lanes<T>),
 ) {
-    let first = (usize::from(row.row) & (ROWS - 1)) * LANES;
+    let first = row.first();
     let all = Lanes::<T>::from_f64;
     let (zero, half, one, twelfth) = (all(0.0), all(0.5), all(1.0), all(1.0 / 12.0));
     for i in 1..Q {

@@ -102,23 +102,26 @@ impl<T, const N: usize> Values<T, N> {
     where
         T: Copy,
     {
-        let run = |all: &[T], first: usize| {
+        fn run<T>(all: &[T], first: usize, up: bool) -> Option<&[T; LANES]> {
             let start = if up { first.checked_sub(1) } else { Some(first + 1) }?;
-            all.get(start..start + LANES)?.try_into().ok().map(Lanes)
-        };
+            all.get(start..start + LANES)?.try_into().ok()
+        }
         // Most runs lie in the row, which is known when this is compiled. Those at its ends lie in the block.
         let first = LANES * number;
-        if let Some(run) = run(self.row(row).as_flattened(), first) {
-            return run;
+        if let Some(run) = run(self.row(row).as_flattened(), first, up) {
+            return Lanes(*run);
         }
-        match run(self.0.as_flattened().as_flattened(), LANES * N * (row & (ROWS - 1)) + first) {
+        let moved;
+        let run = run(self.0.as_flattened().as_flattened(), LANES * N * (row & (ROWS - 1)) + first, up);
+        Lanes(*match run {
             Some(run) => run,
             None => {
-                let mut moved = self.row(row)[number];
-                moved.copy_within(if up { 0..LANES - 1 } else { 1..LANES }, usize::from(up));
-                Lanes(moved)
+                let mut of = self.row(row)[number];
+                of.copy_within(if up { 0..LANES - 1 } else { 1..LANES }, usize::from(up));
+                moved = of;
+                &moved
             }
-        }
+        })
     }
 
     /// Writes one number of a row, given the row's first cell.
