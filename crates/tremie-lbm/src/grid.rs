@@ -66,6 +66,9 @@ impl Kinds {
     }
 }
 
+/// All rows of a block, a bit each.
+const ALL_ROWS: u64 = u64::MAX;
+
 /// Post-collision populations of a block, less their weights.
 pub(crate) type Field<T> = Values<T, Q>;
 
@@ -117,8 +120,8 @@ pub(crate) struct Grid<T: Real> {
     pub(crate) cages: Cages,
     /// What the surface presses by its tension, if it has any.
     pub(crate) tension: Option<Tension<T>>,
-    /// Blocks whose surroundings changed since their rows were last sorted into bulk and surface.
-    pub(crate) stale: Vec<bool>,
+    /// For each block the rows whose surroundings changed since they were last sorted into bulk and surface, a bit each.
+    pub(crate) stale: Vec<u64>,
     /// Cells that hold fluid.
     pub(crate) wet: usize,
 }
@@ -176,7 +179,7 @@ impl<T: Real> Grid<T> {
         self.carried.push();
         self.immersed.push_slot();
         self.cages.push();
-        self.stale.push(false);
+        self.stale.push(0);
         (self.used.len() - 1) as u32
     }
 
@@ -243,7 +246,7 @@ impl<T: Real> Grid<T> {
         self.slot_of[self.topology.number(place)] = AIR;
         self.used[slot] = false;
         self.kinds[slot] = [Kinds::default(); ROWS];
-        self.stale[slot] = true;
+        self.stale[slot] = ALL_ROWS;
         self.free.push(slot as u32);
         self.link(slot);
     }
@@ -260,22 +263,18 @@ impl<T: Real> Grid<T> {
             self.links[slot].slots[n] = beside;
             if beside > OUTSIDE {
                 self.links[beside as usize].slots[26 - n] = self.slot_of[self.topology.number(place)];
-                self.stale[beside as usize] = true;
+                self.stale[beside as usize] = ALL_ROWS;
             }
         }
-        self.stale[slot] = true;
+        self.stale[slot] = ALL_ROWS;
     }
 
-    /// Marks the blocks that have a cell, or a neighbour of it, in them.
+    /// Marks the rows that have a cell, or a neighbour of it, in them.
     pub(crate) fn touch(&mut self, slot: usize, cell: usize) {
-        self.stale[slot] = true;
-        let at = [cell % EDGE, cell / EDGE % EDGE, cell / ROWS];
-        if at.iter().all(|x| (1..EDGE - 1).contains(x)) {
-            return;
-        }
+        self.stale[slot] |= 1 << (cell / EDGE);
         for i in 1..Q {
-            let (beside, ..) = self.links[slot].cell(cell, C[i]);
-            self.stale[beside as usize] = true;
+            let (beside, at, _) = self.links[slot].cell(cell, C[i]);
+            self.stale[beside as usize] |= 1 << (at / EDGE);
         }
     }
 

@@ -9,14 +9,13 @@
 //! a tenth of a slump's volume. The void is air too, at the pressure of air; so towards other interface cells such a cell
 //! sees air, and the fluid around presses into it until it is full.
 
-use rayon::prelude::*;
-
-use crate::grid::{Grid, Kinds};
+use crate::cage::Cages;
+use crate::grid::Kinds;
 use crate::lanes::LANES;
 use crate::lattice::{C, Q};
-use crate::real::Real;
 use crate::solids::{Contacts, Solids};
 use crate::topology::{Links, Neighbour, ROWS};
+use crate::transport::WAYS;
 use crate::wall;
 
 /// The nine rows around a row (and the row itself), dy fastest.
@@ -59,6 +58,9 @@ pub(crate) struct SurfaceRow {
     pub(crate) liquid: [u8; Q],
     /// Interface at -c, for interface cells.
     pub(crate) interface: [u8; Q],
+    /// Cells that exchange mass with those at -c over the link between them, and over half of it (module `transport`), for interface cells.
+    pub(crate) whole: [u8; Q],
+    pub(crate) halves: [u8; Q],
     /// Interface at -c, other than a cell's own mirror image, for interface cells and the velocities 1 to 6.
     pub(crate) faces: [u8; 6],
     /// Interface cells with air, with liquid, and with interface anywhere around.
@@ -141,11 +143,20 @@ fn own_images(links: &Links, beside: &Beside, c: [i32; 3]) -> u8 {
 }
 
 impl Rows {
-    /// Sorts the rows of one block, those that lie in cages (`caged`, a bit each) to those of the surface.
-    fn sort(&mut self, all: &[[Kinds; ROWS]], links: &Links, solids: &Solids, caged: u64, slot: usize) {
-        self.bulk.clear();
-        self.surface.clear();
-        for row in 0..ROWS {
+    /// Sorts those rows of one block that are `stale` (a bit each), those that lie in cages (`caged`) to those of the surface.
+    fn sort(
+        &mut self,
+        stale: u64,
+        all: &[[Kinds; ROWS]],
+        links: &Links,
+        solids: &Solids,
+        caged: u64,
+        slot: usize,
+    ) {
+        let is_stale = |row: u8| stale >> row & 1 == 1;
+        self.bulk.retain(|row| !is_stale(row.row));
+        self.surface.retain(|row| !is_stale(row.row));
+        for row in (0..ROWS).filter(|row| is_stale(*row as u8)) {
             let kinds = all[slot][row];
             let wet = kinds.wet();
             if wet == 0 {
@@ -160,6 +171,8 @@ impl Rows {
                 missing: [0; Q],
                 liquid: [0; Q],
                 interface: [0; Q],
+                whole: [0; Q],
+                halves: [0; Q],
                 faces: [0; 6],
                 any_air: 0,
                 any_liquid: 0,
@@ -185,6 +198,12 @@ impl Rows {
                 found.any_interface |= found.interface[i];
                 found.any_liquid |= found.liquid[i];
             }
+            for i in 1..Q {
+                // Liquid on the two ways around the corner: none along the axes.
+                let [a, b] = WAYS[i].map(|way| found.liquid[way]);
+                found.whole[i] = found.liquid[i] | found.interface[i] & a & b;
+                found.halves[i] = found.interface[i] & (a ^ b);
+            }
             for i in 1..=6 {
                 found.faces[i - 1] = found.interface[i] & !own_images(links, &found.beside, C[i]);
             }
@@ -202,6 +221,8 @@ impl Rows {
                 self.surface.push(found);
             }
         }
+        self.bulk.sort_by_key(|row| row.row);
+        self.surface.sort_by_key(|row| row.row);
     }
 
     /// Whether no row holds fluid.
@@ -210,22 +231,26 @@ impl Rows {
     }
 }
 
-impl<T: Real> Grid<T> {
-    /// Sorts the rows of all blocks whose surroundings changed.
-    pub(crate) fn sort_rows(&mut self, rows: &mut Vec<Rows>) {
-        rows.resize(self.len(), Rows::default());
-        let Self { solids, kinds, links, used, stale, cages, .. } = self;
-        let sort = |(slot, (rows, stale)): (usize, (&mut Rows, &mut bool))| {
-            if std::mem::take(stale) {
-                if used[slot] {
-                    rows.sort(kinds, &links[slot], solids, cages.block(slot).rows(), slot);
-                } else {
-                    *rows = Rows::default();
-                }
+/// What rows are sorted by.
+#[derive(Clone, Copy)]
+pub(crate) struct Sorting<'a> {
+    pub(crate) kinds: &'a [[Kinds; ROWS]],
+    pub(crate) links: &'a [Links],
+    pub(crate) solids: &'a Solids,
+    pub(crate) cages: &'a Cages,
+    pub(crate) used: &'a [bool],
+}
+
+impl Sorting<'_> {
+    /// Sorts the `stale` rows (a bit each) of the block in a slot.
+    pub(crate) fn sort(self, slot: usize, stale: u64, rows: &mut Rows) {
+        match self.used[slot] {
+            true if stale != 0 => {
+                let caged = self.cages.block(slot).rows();
+                rows.sort(stale, self.kinds, &self.links[slot], self.solids, caged, slot);
             }
-        };
-        if stale[2..].iter().any(|stale| *stale) {
-            rows.par_iter_mut().zip(stale.par_iter_mut()).enumerate().skip(2).for_each(sort);
+            true => {}
+            false => *rows = Rows::default(),
         }
     }
 }

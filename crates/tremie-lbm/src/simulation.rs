@@ -462,8 +462,7 @@ impl<T: Real> FreeSurface<T> {
         let interface = |kinds: &Kinds| kinds.interface != 0;
         self.grid.open_inlets(self.time, self.scaling.time_step, &self.inflow);
         self.grid.solids.air = self.grid.solids.any() && self.grid.kinds.iter().flatten().any(interface);
-        self.grid.sort_rows(&mut self.rows);
-        self.grid.reconstruct(&self.rows, self.fluid.gravity());
+        self.grid.arrange(&mut self.rows, self.fluid.gravity());
         self.grid.bend(&self.rows);
     }
 

@@ -93,10 +93,21 @@ impl<'a, T: Real, const N: usize> Surroundings<'a, T, N> {
     /// What is read again at once has to be put right as a vector: in memory it would wait for both parts.
     #[inline(always)]
     pub(crate) fn pull(&self, beside: &Beside, c: [i32; 3], number: usize) -> Lanes<T> {
-        let (moved, end) = match self.regular {
-            true => self.parts::<true>(beside, c, |_| number),
-            false => self.parts::<false>(beside, c, |_| number),
-        };
+        match self.regular {
+            true => self.pull_regular(beside, c, number),
+            false => self.put_together(c, self.parts::<false>(beside, c, |_| number)),
+        }
+    }
+
+    /// The same where rows go on as in most blocks.
+    #[inline(always)]
+    fn pull_regular(&self, beside: &Beside, c: [i32; 3], number: usize) -> Lanes<T> {
+        self.put_together(c, self.parts::<true>(beside, c, |_| number))
+    }
+
+    /// Puts the end of a row where it belongs.
+    #[inline(always)]
+    fn put_together(&self, c: [i32; 3], (moved, end): (Lanes<T>, Option<(usize, T)>)) -> Lanes<T> {
         match end {
             Some((_, number)) => Lanes::choose(self.ends[usize::from(c[0] < 0)], Lanes::splat(number), moved),
             None => moved,
@@ -250,9 +261,23 @@ impl<'a, T: Real> Source<'a, T> {
     /// Populations arriving in a row from the cells around it, whatever these are.
     #[inline(always)]
     pub(crate) fn arriving(&self, beside: &Beside) -> [Lanes<T>; Q] {
-        let mut f = [[[T::ZERO; LANES]]; Q];
-        self.arrive(beside, &mut f, 0);
-        f.map(|[f]| Lanes(f))
+        let mut f = [Lanes::ZERO; Q];
+        if self.special {
+            let mut all = [[[T::ZERO; LANES]]; Q];
+            self.arrive_specially(beside, &mut all, 0);
+            for i in 0..Q {
+                f[i] = Lanes(all[i][0]);
+            }
+            return f;
+        }
+        f[0] = self.populations.pull_regular(beside, C[0], 0);
+        each_pair!(P, {
+            let (a, b) = (2 * P + 1, 2 * P + 2);
+            let (c, d) = const { (C[2 * P + 1], C[2 * P + 2]) };
+            f[a] = self.populations.pull_regular(beside, c, a);
+            f[b] = self.populations.pull_regular(beside, d, b);
+        });
+        f
     }
 
     /// The same for one of several rows that lie side by side.

@@ -29,7 +29,7 @@ use crate::plane::{reconstruct, velocities};
 use crate::processor::for_this_processor;
 use crate::real::{Number, Real, by_axis, larger, smaller};
 use crate::relaxation::{Law, Relaxation};
-use crate::rows::{BulkRow, Rows, SurfaceRow, first_of};
+use crate::rows::{BulkRow, Rows, Sorting, SurfaceRow, first_of};
 use crate::solids::Contact;
 use crate::source::{Fills, Shapes, Source};
 use crate::together::{
@@ -380,18 +380,24 @@ fn judge<T: Real>(
         fill[k] = mass[first + k] / density.0[k].to_f64();
         stored.0[k] = T::from_f64(fill[k]);
     }
-    let rising = bits(|k| fill[k] - room[k] > 1.0 - NEAR) & bits(|k| gain[k] > NEAR / SOON);
-    let falling = bits(|k| fill[k] < NEAR) & bits(|k| gain[k] < -NEAR / SOON);
     let other = Lanes::ONE.only(around.kinds.liquid);
     to.put(0, first, Lanes::choose(interface, stored, other));
     let below = |limit: f64| bits(|k| fill[k] < limit);
     let above = |limit: f64| bits(|k| fill[k] - room[k] > limit);
     let closed = !(around.any_air | around.any_interface | around.any_immersed);
-    let full = (above(FULL) | rising | above(FULL_INSIDE) & !around.any_air | closed) & interface;
+    // The widest limits: most rows keep within.
+    (findings.full[row], findings.empty[row]) = (0, 0);
+    let (nearly_full, nearly_empty) = (above(FULL_INSIDE), below(EMPTY_OUTSIDE));
+    if (nearly_full | nearly_empty | closed) & interface == 0 {
+        return;
+    }
+    let rising = above(1.0 - NEAR) & bits(|k| gain[k] > NEAR / SOON);
+    let falling = below(NEAR) & bits(|k| gain[k] < -NEAR / SOON);
+    let full = (above(FULL) | rising | nearly_full & !around.any_air | closed) & interface;
     // On a wall a film goes on by cells that hold little at first.
     let gaining = bits(|k| gain[k] > 0.0);
     let astray = !around.any_liquid & !(around.any_solid & gaining);
-    let empty = (below(EMPTY) | falling | below(EMPTY_OUTSIDE) & astray) & interface & !full;
+    let empty = (below(EMPTY) | falling | nearly_empty & astray) & interface & !full;
     findings.full[row] = full;
     findings.empty[row] = empty;
     findings.pressed.extend((0..LANES).filter(|k| full >> k & 1 == 1 && room[*k] != 0.0).map(|k| first + k));
@@ -647,18 +653,24 @@ impl<T: Real> Grid<T> {
         std::mem::swap(&mut self.front, &mut self.back);
     }
 
-    /// Finds the shape of the surface, after cells have changed and before the next step.
-    pub(crate) fn reconstruct(&mut self, rows: &[Rows], gravity: [T; 3]) {
-        let Self { topology, solids, inlets, links, front, fills, shape, .. } = self;
-        (shape.par_iter_mut(), rows.par_iter()).into_par_iter().enumerate().skip(2).for_each(
-            |(slot, (shape, rows))| {
+    /// Sorts the rows whose surroundings have changed, and finds the shape of the surface: after cells have changed and before the next step.
+    pub(crate) fn arrange(&mut self, rows: &mut Vec<Rows>, gravity: [T; 3]) {
+        rows.resize(self.len(), Rows::default());
+        let Self { topology, solids, inlets, links, front, fills, shape, kinds, used, stale, cages, .. } =
+            self;
+        let sorting = Sorting { kinds, links, solids, cages, used };
+        (shape.par_iter_mut(), rows.par_iter_mut(), stale.par_iter_mut())
+            .into_par_iter()
+            .enumerate()
+            .skip(2)
+            .for_each(|(slot, (shape, rows, stale))| {
+                sorting.sort(slot, std::mem::take(stale), rows);
                 if rows.surface.iter().any(|row| row.kinds.interface != 0) {
                     let source = Source::new(topology, solids, inlets, &links[slot], front, slot);
                     let fills = Fills::new(&links[slot], fills, slot);
                     reconstruct_here(&source, &fills, rows, gravity, shape);
                 }
-            },
-        );
+            });
     }
 
     /// The moments and the relaxation rate of every wet cell of a block, as the next collision will see them; adds what walls bear to `loads`, if that is asked for.

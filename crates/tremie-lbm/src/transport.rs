@@ -44,7 +44,7 @@ const fn with(mut c: [i32; 3], axis: usize, to: i32) -> [i32; 3] {
 }
 
 /// For each slanted velocity the two along its axes: the two ways around the corner.
-const WAYS: [[usize; 2]; Q] = {
+pub(crate) const WAYS: [[usize; 2]; Q] = {
     let mut ways = [[0; 2]; Q];
     let mut i = 7;
     while i < Q {
@@ -104,6 +104,13 @@ pub(crate) fn gains<T: Real>(
     gain
 }
 
+/// Component `a` of the velocity between the cells of a row and those at -c.
+#[inline(always)]
+fn velocity_between<T: Real>(surface: &Shapes<'_, T>, row: &SurfaceRow, c: [i32; 3], a: usize) -> Lanes<T> {
+    let here = surface.own.lanes(VELOCITY + a, row.first());
+    Lanes::from_f64(0.5) * (here + surface.pull(&row.beside, c, VELOCITY + a))
+}
+
 /// What of it comes from the cells at -c of each velocity, one after the other.
 #[inline(always)]
 pub(crate) fn fluxes<T: Real>(
@@ -115,41 +122,39 @@ pub(crate) fn fluxes<T: Real>(
 ) {
     let first = row.first();
     let all = Lanes::<T>::from_f64;
-    let (zero, half, one, twelfth) = (all(0.0), all(0.5), all(1.0), all(1.0 / 12.0));
+    let (zero, half, twelfth) = (all(0.0), all(0.5), all(1.0 / 12.0));
     for i in 1..Q {
-        let [a, b] = WAYS[i];
-        let between = row.interface[i] & (row.liquid[a] | row.liquid[b]);
-        if row.liquid[i] | between == 0 {
-            continue;
+        let (whole, halves) = (row.whole[i], row.halves[i]);
+        if whole | halves != 0 {
+            let net = arriving[i] - source.own(opposite(i), first);
+            add(i, net.only(whole) + half * net.only(halves));
         }
-        let ways = half.only(row.liquid[a] & between) + half.only(row.liquid[b] & between);
-        let leaving = source.own(opposite(i), first);
-        let net = arriving[i] - leaving;
-        add(i, (one.only(row.liquid[i]) + ways) * net);
     }
     each_face!(I, {
         let i = I;
         let open = row.faces[i - 1];
         if open != 0 {
             let axis = (i - 1) / 2;
-            let mut u = [zero; 3];
-            for a in 0..3 {
-                let here = surface.own.lanes(VELOCITY + a, first);
-                u[a] = half * (here + surface.pull(&row.beside, const { C[I] }, VELOCITY + a));
-            }
+            let between = |a: usize| velocity_between(surface, row, const { C[I] }, a);
             let here = surface.own.lanes(SHARE + opposite(i) - 1, first);
             let there = surface.pull(&row.beside, const { C[I] }, SHARE + i - 1);
-            let through = if i % 2 == 1 { u[axis] } else { -u[axis] };
+            let through = if i % 2 == 1 { between(axis) } else { -between(axis) };
             let mut flux = Lanes::where_greater(through, zero, there, here) * through;
-            for n in 0..4 {
-                let [to_here, slanted] = ACROSS[i][n];
-                let (to_here, slanted) = (row.liquid[to_here] & open, row.liquid[slanted] & open);
-                if to_here | slanted == 0 {
+            for aside in 0..2 {
+                // From liquid to here, and slanted past it, both ways along the axis aside.
+                let link = |n: usize, of: usize| row.liquid[ACROSS[i][2 * aside + n][of]] & open;
+                let (to_here, slanted) = ([link(0, 0), link(1, 0)], [link(0, 1), link(1, 1)]);
+                if to_here[0] | to_here[1] | slanted[0] | slanted[1] == 0 {
                     continue;
                 }
-                let along = u[(axis + 1 + n / 2) % 3];
-                let along = if n % 2 == 0 { along } else { -along };
-                flux -= twelfth * ((through + along).only(to_here) + (through - along).only(slanted));
+                let along = between((axis + 1 + aside) % 3);
+                for n in 0..2 {
+                    let along = if n == 0 { along } else { -along };
+                    if to_here[n] | slanted[n] != 0 {
+                        let [to_here, slanted] = [to_here[n], slanted[n]];
+                        flux -= twelfth * ((through + along).only(to_here) + (through - along).only(slanted));
+                    }
+                }
             }
             add(i, flux.only(open));
         }

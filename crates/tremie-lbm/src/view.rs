@@ -3,6 +3,7 @@
 //! Velocity, pressure, shear rate and stress of a cell are those that its next collision will use: the same pull, the
 //! same moments, the same law.
 
+use rayon::prelude::*;
 use tremie_case::Side;
 use tremie_numerics::DVec3;
 use tremie_simulation::{Cells, Fluid, Lying, Simulation, Snapshot, SolidLoad, Wall, WallFace, WallLoads};
@@ -11,6 +12,20 @@ use crate::loads::{Face, Loads};
 use crate::real::Real;
 use crate::simulation::FreeSurface;
 use crate::topology::{CELLS, EDGE};
+
+/// Blocks that are looked at side by side before what was seen in them is put among all: no more, to need little memory.
+const AT_ONCE: usize = 64;
+
+/// One cell, in SI units.
+struct Seen {
+    /// Number in its block.
+    cell: usize,
+    fill: f64,
+    pressure: f64,
+    velocity: DVec3,
+    shear_rate: f64,
+    stress: f64,
+}
 
 impl<T: Real> FreeSurface<T> {
     pub(crate) fn take_snapshot(&self) -> Snapshot {
@@ -41,9 +56,13 @@ impl<T: Real> FreeSurface<T> {
             symmetry: [0, 1, 2].map(|a| [symmetric(2 * a), symmetric(2 * a + 1)]),
         };
         let mut loads = Loads::new(self.grid.solids.count(), self.case.cages.len());
-        for slot in self.grid.slots() {
-            let more = self.show_block(slot, low, &mut cells);
-            loads.add(more);
+        let slots: Vec<usize> = self.grid.slots().collect();
+        for slots in slots.chunks(AT_ONCE) {
+            let seen: Vec<(Vec<Seen>, Loads)> = slots.par_iter().map(|slot| self.see_block(*slot)).collect();
+            for (slot, (seen, more)) in slots.iter().zip(seen) {
+                self.show_block(*slot, low, &seen, &mut cells);
+                loads.add(more);
+            }
         }
         self.show_solids(low, &mut cells);
         let cages = loads.cages.iter().map(|load| self.load(*load)).collect();
@@ -126,21 +145,39 @@ impl<T: Real> FreeSurface<T> {
         }
     }
 
-    fn show_block(&self, slot: usize, low: [usize; 3], cells: &mut Cells) -> Loads {
+    /// What the cells of a block are like, and what walls bear there.
+    fn see_block(&self, slot: usize) -> (Vec<Seen>, Loads) {
         let pressure_unit = self.scaling.stress_unit();
         let velocity_unit = self.scaling.velocity_unit();
         let rate_unit = 1.0 / self.scaling.time_step;
-        let links = &self.grid.links[slot];
         let mut loads = Loads::new(self.grid.solids.count(), self.case.cages.len());
+        let mut all = Vec::new();
         self.fluid.moments(&self.grid, slot, &self.rows[slot], Some(&mut loads), |cell, m, omega| {
-            let at = links.coordinates(cell);
-            let n = cells.index(at[0] - low[0], at[1] - low[1], at[2] - low[2]);
             let interface = self.grid.kinds[slot][cell / EDGE].interface >> (cell % EDGE) & 1 == 1;
-            cells.fill[n] = if interface {
-                (self.grid.mass[slot][cell] / m.density.to_f64()).clamp(0.0, 1.0)
-            } else {
-                1.0
-            };
+            // omega = s/q, and q = 3 sigma + s/2.
+            let q = m.q.to_f64();
+            let rate = omega.to_f64() * q;
+            all.push(Seen {
+                cell,
+                fill: match interface {
+                    true => (self.grid.mass[slot][cell] / m.density.to_f64()).clamp(0.0, 1.0),
+                    false => 1.0,
+                },
+                pressure: m.excess_density.to_f64() / 3.0 * pressure_unit,
+                velocity: DVec3::from(m.velocity.map(|u| u.to_f64() * velocity_unit)),
+                shear_rate: rate * rate_unit,
+                stress: (q - 0.5 * rate) / 3.0 * pressure_unit,
+            });
+        });
+        (all, loads)
+    }
+
+    /// Puts what the cells of a block are like among all.
+    fn show_block(&self, slot: usize, low: [usize; 3], seen: &[Seen], cells: &mut Cells) {
+        for seen in seen {
+            let cell = seen.cell;
+            let at = self.grid.links[slot].coordinates(cell);
+            let n = cells.index(at[0] - low[0], at[1] - low[1], at[2] - low[2]);
             for (q, (_, shares)) in cells.batches.iter_mut().enumerate() {
                 shares[n] = self.grid.carried.value((slot, cell), q);
             }
@@ -153,15 +190,12 @@ impl<T: Real> FreeSurface<T> {
             if let (Some(lying), Some(fibres)) = (&mut cells.lying, &self.fibres) {
                 lying.tensors[n] = fibres.tensor((slot, cell));
             }
-            cells.pressure[n] = m.excess_density.to_f64() / 3.0 * pressure_unit;
-            cells.velocity[n] = DVec3::from(m.velocity.map(|u| u.to_f64() * velocity_unit));
-            // omega = s/q, and q = 3 sigma + s/2.
-            let q = m.q.to_f64();
-            let rate = omega.to_f64() * q;
-            cells.shear_rate[n] = rate * rate_unit;
-            cells.stress[n] = (q - 0.5 * rate) / 3.0 * pressure_unit;
-        });
-        loads
+            cells.fill[n] = seen.fill;
+            cells.pressure[n] = seen.pressure;
+            cells.velocity[n] = seen.velocity;
+            cells.shear_rate[n] = seen.shear_rate;
+            cells.stress[n] = seen.stress;
+        }
     }
 
     /// Lower corner and size in cells of the smallest box around the fluid, and around the solids that meet the domain.

@@ -105,10 +105,11 @@ pub(crate) fn wall_velocity<T: Number, R: Relaxation<T>>(
     let (third, four) = (T::from_f64(1.0 / 3.0), T::from_f64(4.0));
     let half = T::from_f64(0.5);
     // As if the cell were rigid, so that P is its stress.
-    let traction: [T; 2] = std::array::from_fn(|n| {
+    let traction = |n: usize| {
         let still = taken[n] - T::from_f64(1.0 / 6.0) * force[n];
         still + half * (still - stress[n])
-    });
+    };
+    let traction = [traction(0), traction(1)];
     let size = (traction[0] * traction[0] + traction[1] * traction[1]).sqrt();
     let least = larger(size, T::TINY);
     let direction = [traction[0] / least, traction[1] / least];
@@ -118,20 +119,25 @@ pub(crate) fn wall_velocity<T: Number, R: Relaxation<T>>(
     let rest = all * all - four * (stress[0] * stress[0] + stress[1] * stress[1]);
     // In a film the stress falls to nothing at its surface, not at the end of the cell.
     let fill = larger(m.fill, T::from_f64(LEAST_RESISTANCE));
-    let cell = |v: T| {
-        let reduced = |n: usize| stress[n] - third * v * direction[n];
-        let left = [reduced(0), reduced(1)];
-        let square = rest + four * (left[0] * left[0] + left[1] * left[1]);
-        let q = T::from_f64(1.5) / m.density * larger(square, T::ZERO).sqrt();
-        let omega = law.omega(q);
-        let two = T::from_f64(2.0);
-        // P is the flow curve's stress and a sixth of the shear rate.
-        let measure = along - third * v;
-        let resisted = (T::ONE - omega / two) * measure;
-        let wall = size - third * v + half * (measure - resisted);
-        [T::from_f64(6.0) * omega / (two - omega), wall, (wall - resisted) / fill]
-    };
-    let v = law.wall_velocity(size, (size - along) / fill, cell);
+    let v = law.wall_velocity(
+        size,
+        (size - along) / fill,
+        // Or it might be a function of its own, which knows nothing of the processor at hand.
+        #[inline(always)]
+        |v| {
+            let reduced = |n: usize| stress[n] - third * v * direction[n];
+            let left = [reduced(0), reduced(1)];
+            let square = rest + four * (left[0] * left[0] + left[1] * left[1]);
+            let q = T::from_f64(1.5) / m.density * larger(square, T::ZERO).sqrt();
+            let omega = law.omega(q);
+            let two = T::from_f64(2.0);
+            // P is the flow curve's stress and a sixth of the shear rate.
+            let measure = along - third * v;
+            let resisted = (T::ONE - omega / two) * measure;
+            let wall = size - third * v + half * (measure - resisted);
+            [T::from_f64(6.0) * omega / (two - omega), wall, (wall - resisted) / fill]
+        },
+    );
     // A film may slide, but is not pushed back: what its cell shears by is not that of fluid up to the cell's end.
     let v = T::where_greater(T::ONE, m.fill, larger(v, T::ZERO), v);
     [v * direction[0], v * direction[1]]
