@@ -18,7 +18,7 @@
 
 use rayon::prelude::*;
 
-use crate::grid::{Grid, Kinds};
+use crate::grid::{AT_ONCE, Grid, Kinds};
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, Q, opposite};
 use crate::real::Real;
@@ -296,14 +296,15 @@ impl<T: Real> Grid<T> {
             .collect();
         let mut slopes: Vec<Vec<f64>> =
             carried.blocks.iter_mut().map(|block| std::mem::take(&mut block.slopes)).collect();
-        slopes.par_iter_mut().enumerate().skip(2).for_each(|(slot, slopes)| {
+        slopes.par_iter_mut().enumerate().skip(2).with_max_len(AT_ONCE).for_each(|(slot, slopes)| {
             if !uniform[slot] && rows.get(slot).is_some_and(|rows| !rows.is_empty()) {
                 find_slopes(&carried.blocks, kinds, &links[slot], slot, slopes);
             }
         });
         if let Some(q) = carried.structure {
             let of = |slot: usize| find_bounds(&carried.blocks, kinds, &links[slot], slot, q);
-            let bounds: Vec<_> = (0..carried.blocks.len()).into_par_iter().map(of).collect();
+            let bounds: Vec<_> =
+                (0..carried.blocks.len()).into_par_iter().with_max_len(AT_ONCE).map(of).collect();
             for (block, bounds) in carried.blocks.iter_mut().zip(bounds) {
                 block.bounds = bounds;
             }
@@ -314,61 +315,65 @@ impl<T: Real> Grid<T> {
             amounts.push(std::mem::take(&mut block.amounts));
         }
         let blocks = &carried.blocks;
-        amounts.par_iter_mut().zip(rows).enumerate().skip(2).for_each(|(slot, (amounts, rows))| {
-            if rows.is_empty() {
-                return;
-            }
-            let links = &links[slot];
-            let source = Source::new(topology, solids, inlets, links, back, slot);
-            let surface = Shapes::new(links, shape, slot);
-            let same = blocks[slot].same.as_ref().filter(|_| uniform[slot]);
-            let mut pass = |first: usize, lanes: u8, i: usize, flux: Lanes<T>| {
-                for k in (0..LANES).filter(|k| lanes >> k & 1 == 1) {
-                    let flux = flux.0[k].to_f64();
-                    if flux == 0.0 {
-                        continue;
-                    }
-                    if let Some(same) = same {
-                        amounts[first + k] += flux;
-                        for (q, value) in same.iter().enumerate() {
-                            amounts[(q + 1) * CELLS + first + k] += flux * value;
+        amounts.par_iter_mut().zip(rows).enumerate().skip(2).with_max_len(AT_ONCE).for_each(
+            |(slot, (amounts, rows))| {
+                if rows.is_empty() {
+                    return;
+                }
+                let links = &links[slot];
+                let source = Source::new(topology, solids, inlets, links, back, slot);
+                let surface = Shapes::new(links, shape, slot);
+                let same = blocks[slot].same.as_ref().filter(|_| uniform[slot]);
+                let mut pass = |first: usize, lanes: u8, i: usize, flux: Lanes<T>| {
+                    for k in (0..LANES).filter(|k| lanes >> k & 1 == 1) {
+                        let flux = flux.0[k].to_f64();
+                        if flux == 0.0 {
+                            continue;
                         }
-                        continue;
+                        if let Some(same) = same {
+                            amounts[first + k] += flux;
+                            for (q, value) in same.iter().enumerate() {
+                                amounts[(q + 1) * CELLS + first + k] += flux * value;
+                            }
+                            continue;
+                        }
+                        let here = (slot, first + k);
+                        let (there, at, flip) = links.cell(here.1, C[i].map(|c| -c));
+                        let there = (there as usize, at);
+                        amounts[here.1] += flux;
+                        for q in 0..count {
+                            let value = if flux > 0.0 {
+                                between(blocks, there, flip, C[i], here, q)
+                            } else {
+                                between(blocks, here, 0, C[i].map(|c| -c), there, q)
+                            };
+                            amounts[(q + 1) * CELLS + here.1] += flux * value;
+                        }
                     }
-                    let here = (slot, first + k);
-                    let (there, at, flip) = links.cell(here.1, C[i].map(|c| -c));
-                    let there = (there as usize, at);
-                    amounts[here.1] += flux;
-                    for q in 0..count {
-                        let value = if flux > 0.0 {
-                            between(blocks, there, flip, C[i], here, q)
-                        } else {
-                            between(blocks, here, 0, C[i].map(|c| -c), there, q)
-                        };
-                        amounts[(q + 1) * CELLS + here.1] += flux * value;
+                };
+                for row in &rows.bulk {
+                    let first = usize::from(row.row) * LANES;
+                    let f = source.arriving(&row.beside);
+                    for i in 1..Q {
+                        pass(first, 0xff, i, f[i] - source.own(opposite(i), first));
                     }
                 }
-            };
-            for row in &rows.bulk {
-                let first = usize::from(row.row) * LANES;
-                let f = source.arriving(&row.beside);
-                for i in 1..Q {
-                    pass(first, 0xff, i, f[i] - source.own(opposite(i), first));
+                for row in &rows.surface {
+                    let first = usize::from(row.row) * LANES;
+                    let f = source.arriving(&row.beside);
+                    for i in 1..Q {
+                        // Beside liquid there is liquid, interface or solid.
+                        let lanes = row.kinds.liquid & !row.solid[i];
+                        pass(first, lanes, i, f[i] - source.own(opposite(i), first));
+                    }
+                    if row.kinds.interface != 0 {
+                        fluxes(&source, &surface, row, &f, |i, flux| {
+                            pass(first, row.kinds.interface, i, flux)
+                        });
+                    }
                 }
-            }
-            for row in &rows.surface {
-                let first = usize::from(row.row) * LANES;
-                let f = source.arriving(&row.beside);
-                for i in 1..Q {
-                    // Beside liquid there is liquid, interface or solid.
-                    let lanes = row.kinds.liquid & !row.solid[i];
-                    pass(first, lanes, i, f[i] - source.own(opposite(i), first));
-                }
-                if row.kinds.interface != 0 {
-                    fluxes(&source, &surface, row, &f, |i, flux| pass(first, row.kinds.interface, i, flux));
-                }
-            }
-        });
+            },
+        );
         for (block, amounts) in carried.blocks.iter_mut().zip(amounts) {
             block.amounts = amounts;
         }
@@ -392,7 +397,7 @@ impl<T: Real> Grid<T> {
         }
         let batches = self.carried.structure.unwrap_or(self.carried.count);
         let mut blocks = std::mem::take(&mut self.carried.blocks);
-        blocks.par_iter_mut().enumerate().skip(2).for_each(|(slot, block)| {
+        blocks.par_iter_mut().enumerate().skip(2).with_max_len(AT_ONCE).for_each(|(slot, block)| {
             let Block { amounts, values, bounds, .. } = block;
             for cell in 0..CELLS {
                 let liquid = self.is_liquid((slot, cell));

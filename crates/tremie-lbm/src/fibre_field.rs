@@ -25,7 +25,7 @@ use tremie_suspension::{FolgarTucker, admissible, confined};
 
 use crate::delta::beyond;
 use crate::fluid::Fluid;
-use crate::grid::Grid;
+use crate::grid::{AT_ONCE, Grid};
 use crate::plan::settings;
 use crate::real::Real;
 use crate::rows::Rows;
@@ -338,6 +338,7 @@ impl FibreField {
         self.fit(grid);
         let velocity: Vec<Vec<Option<DVec3>>> = (0..grid.len())
             .into_par_iter()
+            .with_max_len(AT_ONCE)
             .map(|slot| {
                 let mut velocity = Vec::new();
                 if grid.used[slot] {
@@ -366,8 +367,11 @@ impl FibreField {
             new
         };
         let slots: Vec<usize> = grid.slots().collect();
-        let new: Vec<Block> =
-            slots.par_iter().map_init(Window::new, |window, slot| of_slot(window, *slot)).collect();
+        let new: Vec<Block> = slots
+            .par_iter()
+            .with_max_len(AT_ONCE)
+            .map_init(Window::new, |window, slot| of_slot(window, *slot))
+            .collect();
         for (slot, block) in slots.into_iter().zip(new) {
             self.blocks[slot] = block;
         }

@@ -66,6 +66,9 @@ impl Kinds {
     }
 }
 
+/// Blocks that a thread works on before it looks for more: few, because some hold a hundred times as much as others.
+pub(crate) const AT_ONCE: usize = 4;
+
 /// All rows of a block, a bit each.
 const ALL_ROWS: u64 = u64::MAX;
 

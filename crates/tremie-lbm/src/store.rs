@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use crate::grid::Grid;
+use crate::grid::{AT_ONCE, Grid};
 use crate::lattice::{C, Q};
 use crate::real::Real;
 use crate::rows::Rows;
@@ -53,7 +53,8 @@ impl<T: Real> Grid<T> {
         let near = |slot: &usize| links[*slot].slots.iter().any(|beside| holds[*beside as usize]);
         let slots: Vec<usize> =
             (0..walls.len()).filter(|slot| walls[*slot] != [0; ROWS]).filter(near).collect();
-        let changes: Vec<Vec<(usize, f64)>> = slots.par_iter().map(|slot| change(*slot)).collect();
+        let changes: Vec<Vec<(usize, f64)>> =
+            slots.par_iter().with_max_len(AT_ONCE).map(|slot| change(*slot)).collect();
         for (slot, changes) in slots.into_iter().zip(changes) {
             for (cell, change) in changes {
                 self.mass[slot][cell] += change;

@@ -20,7 +20,7 @@ use crate::ahead::Ahead;
 use crate::cage::Cages;
 use crate::collision::{COMPONENT, Held, LEAST_RESISTANCE, Moments, collide, moments};
 use crate::friction::slide_at_walls;
-use crate::grid::{Field, Fill, Grid, Kinds, SHARE, Shape, VELOCITY};
+use crate::grid::{AT_ONCE, Field, Fill, Grid, Kinds, SHARE, Shape, VELOCITY};
 use crate::immersed::Sight;
 use crate::lanes::{LANES, Lanes, bits};
 use crate::lattice::{C, Q, W, each_pair, opposite};
@@ -622,6 +622,7 @@ impl<T: Real> Grid<T> {
             .into_par_iter()
             .enumerate()
             .skip(2)
+            .with_max_len(AT_ONCE)
             .for_each(|(slot, (back, fill, mass, (seen, last), findings))| {
                 if findings.any {
                     *findings = Findings::default();
@@ -663,6 +664,7 @@ impl<T: Real> Grid<T> {
             .into_par_iter()
             .enumerate()
             .skip(2)
+            .with_max_len(AT_ONCE)
             .for_each(|(slot, (shape, rows, stale))| {
                 sorting.sort(slot, std::mem::take(stale), rows);
                 if rows.surface.iter().any(|row| row.kinds.interface != 0) {

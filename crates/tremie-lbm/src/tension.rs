@@ -25,7 +25,7 @@ use rayon::prelude::*;
 use tremie_case::Case;
 use tremie_numerics::{DVec3, definite};
 
-use crate::grid::{Fill, Grid};
+use crate::grid::{AT_ONCE, Fill, Grid};
 use crate::lanes::{LANES, Lanes};
 use crate::plane::{around, depth, normal};
 use crate::real::{Number, Real, larger};
@@ -89,22 +89,24 @@ impl<T: Real> Grid<T> {
         for values in [&mut *bends, &mut *excess] {
             values.resize_with(fills.len(), bytemuck::allocation::zeroed_box);
         }
-        (bends.par_iter_mut(), rows).into_par_iter().enumerate().skip(2).for_each(|(slot, (bends, rows))| {
-            let fills = Fills::new(&links[slot], fills, slot);
-            for row in rows.surface.iter().filter(|row| row.kinds.interface != 0) {
-                let around = around(&fills, row);
-                let normals = normal(&around);
-                let mut found = Lanes::ZERO;
-                for k in (0..LANES).filter(|k| row.kinds.interface >> k & 1 == 1) {
-                    let normal = DVec3::from(normals.map(|n| n.0[k].to_f64()));
-                    let fill = around.map(|fill| fill.0[k].to_f64());
-                    found.0[k] = T::from_f64(curvature(normal, &fill));
+        (bends.par_iter_mut(), rows).into_par_iter().enumerate().skip(2).with_max_len(AT_ONCE).for_each(
+            |(slot, (bends, rows))| {
+                let fills = Fills::new(&links[slot], fills, slot);
+                for row in rows.surface.iter().filter(|row| row.kinds.interface != 0) {
+                    let around = around(&fills, row);
+                    let normals = normal(&around);
+                    let mut found = Lanes::ZERO;
+                    for k in (0..LANES).filter(|k| row.kinds.interface >> k & 1 == 1) {
+                        let normal = DVec3::from(normals.map(|n| n.0[k].to_f64()));
+                        let fill = around.map(|fill| fill.0[k].to_f64());
+                        found.0[k] = T::from_f64(curvature(normal, &fill));
+                    }
+                    bends.put(0, usize::from(row.row) * LANES, found);
                 }
-                bends.put(0, usize::from(row.row) * LANES, found);
-            }
-        });
+            },
+        );
         let bends = &*bends;
-        (excess.par_iter_mut(), rows).into_par_iter().enumerate().skip(2).for_each(
+        (excess.par_iter_mut(), rows).into_par_iter().enumerate().skip(2).with_max_len(AT_ONCE).for_each(
             |(slot, (excess, rows))| {
                 let (fills, bends) =
                     (Fills::new(&links[slot], fills, slot), Fills::new(&links[slot], bends, slot));

@@ -8,13 +8,14 @@ use tremie_case::Side;
 use tremie_numerics::DVec3;
 use tremie_simulation::{Cells, Fluid, Lying, Simulation, Snapshot, SolidLoad, Wall, WallFace, WallLoads};
 
+use crate::grid::AT_ONCE;
 use crate::loads::{Face, Loads};
 use crate::real::Real;
 use crate::simulation::FreeSurface;
 use crate::topology::{CELLS, EDGE};
 
-/// Blocks that are looked at side by side before what was seen in them is put among all: no more, to need little memory.
-const AT_ONCE: usize = 64;
+/// Blocks that are looked at before what was seen in them is put among all: no more, to need little memory.
+const LOOKED_AT: usize = 64;
 
 /// One cell, in SI units.
 struct Seen {
@@ -57,8 +58,9 @@ impl<T: Real> FreeSurface<T> {
         };
         let mut loads = Loads::new(self.grid.solids.count(), self.case.cages.len());
         let slots: Vec<usize> = self.grid.slots().collect();
-        for slots in slots.chunks(AT_ONCE) {
-            let seen: Vec<(Vec<Seen>, Loads)> = slots.par_iter().map(|slot| self.see_block(*slot)).collect();
+        for slots in slots.chunks(LOOKED_AT) {
+            let seen: Vec<(Vec<Seen>, Loads)> =
+                slots.par_iter().with_max_len(AT_ONCE).map(|slot| self.see_block(*slot)).collect();
             for (slot, (seen, more)) in slots.iter().zip(seen) {
                 self.show_block(*slot, low, &seen, &mut cells);
                 loads.add(more);
