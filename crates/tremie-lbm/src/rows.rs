@@ -9,6 +9,8 @@
 //! a tenth of a slump's volume. The void is air too, at the pressure of air; so towards other interface cells such a cell
 //! sees air, and the fluid around presses into it until it is full.
 
+use std::ops::Index;
+
 use crate::cage::Cages;
 use crate::grid::Kinds;
 use crate::lanes::LANES;
@@ -19,7 +21,21 @@ use crate::transport::WAYS;
 use crate::wall;
 
 /// The nine rows around a row (and the row itself), dy fastest.
-pub(crate) type Beside = [Neighbour; 9];
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Beside {
+    rows: [Neighbour; 9],
+    /// Whether any of them is seen in a mirror.
+    pub(crate) mirrored: bool,
+}
+
+impl Index<usize> for Beside {
+    type Output = Neighbour;
+
+    #[inline(always)]
+    fn index(&self, n: usize) -> &Neighbour {
+        &self.rows[n]
+    }
+}
 
 /// The rows of a block that hold fluid.
 #[derive(Debug, Clone, Default)]
@@ -105,7 +121,9 @@ impl Links {
     /// The nine rows around a row.
     #[inline(always)]
     pub(crate) fn beside(&self, row: usize) -> Beside {
-        std::array::from_fn(|n| self.row(row, (n % 3) as i32 - 1, (n / 3) as i32 - 1))
+        let rows: [Neighbour; 9] =
+            std::array::from_fn(|n| self.row(row, (n % 3) as i32 - 1, (n / 3) as i32 - 1));
+        Beside { rows, mirrored: rows.iter().any(|row| row.flip != 0) }
     }
 }
 

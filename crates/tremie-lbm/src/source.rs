@@ -132,8 +132,6 @@ pub(crate) struct Source<'a, T: Real> {
     all: &'a [Box<Field<T>>],
     pub(crate) own: &'a Field<T>,
     populations: Surroundings<'a, T, Q>,
-    /// Whether rows look into mirrors anywhere, or end elsewhere than in most blocks.
-    special: bool,
     /// Whether the fluid slides with friction along anything.
     pub(crate) rubs: bool,
     /// The structure in the block's cells; of no length where the fluid has none.
@@ -156,8 +154,6 @@ impl<'a, T: Real> Source<'a, T> {
         slot: usize,
     ) -> Self {
         let populations = Surroundings::new(links, front, slot);
-        let mirrors = links.steps.iter().flatten().any(|step| step.flip != 0);
-        let special = mirrors || !populations.regular;
         let rubs = topology.rubs() || solids.rub();
         let own = populations.own;
         Self {
@@ -169,7 +165,6 @@ impl<'a, T: Real> Source<'a, T> {
             all: front,
             own,
             populations,
-            special,
             rubs,
             structure: &[],
             pushes: None,
@@ -258,11 +253,17 @@ impl<'a, T: Real> Source<'a, T> {
         self.pushes.map(|pushes| pushes.row(first / LANES))
     }
 
+    /// Whether a row looks into a mirror, or ends elsewhere than in most blocks.
+    #[inline(always)]
+    fn is_special(&self, beside: &Beside) -> bool {
+        beside.mirrored | !self.populations.regular
+    }
+
     /// Populations arriving in a row from the cells around it, whatever these are.
     #[inline(always)]
     pub(crate) fn arriving(&self, beside: &Beside) -> [Lanes<T>; Q] {
         let mut f = [Lanes::ZERO; Q];
-        if self.special {
+        if self.is_special(beside) {
             let mut all = [[[T::ZERO; LANES]]; Q];
             self.arrive_specially(beside, &mut all, 0);
             for i in 0..Q {
@@ -288,7 +289,7 @@ impl<'a, T: Real> Source<'a, T> {
         f: &mut [[[T; LANES]; ROWS]; Q],
         row: usize,
     ) {
-        if self.special {
+        if self.is_special(beside) {
             return self.arrive_specially(beside, f, row);
         }
         self.populations.pull_into::<true>(beside, C[0], |_| 0, &mut f[0][row]);
