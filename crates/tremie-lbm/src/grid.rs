@@ -70,7 +70,7 @@ impl Kinds {
 pub(crate) const AT_ONCE: usize = 4;
 
 /// All rows of a block, a bit each.
-const ALL_ROWS: u64 = u64::MAX;
+pub(crate) const ALL_ROWS: u64 = u64::MAX;
 
 /// Post-collision populations of a block, less their weights.
 pub(crate) type Field<T> = Values<T, Q>;
@@ -125,6 +125,8 @@ pub(crate) struct Grid<T: Real> {
     pub(crate) tension: Option<Tension<T>>,
     /// For each block the rows whose surroundings changed since they were last sorted into bulk and surface, a bit each.
     pub(crate) stale: Vec<u64>,
+    /// Whether solids were still when rows were last sorted: what rows are in contact with is kept from then on.
+    pub(crate) sorted_still: bool,
     /// Cells that hold fluid.
     pub(crate) wet: usize,
 }
@@ -159,6 +161,7 @@ impl<T: Real> Grid<T> {
             cages,
             tension,
             stale: Vec::new(),
+            sorted_still: false,
             wet: 0,
         };
         // The two slots that stand for no block: air and solid.

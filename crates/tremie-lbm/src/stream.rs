@@ -20,7 +20,7 @@ use crate::ahead::Ahead;
 use crate::cage::Cages;
 use crate::collision::{COMPONENT, Held, LEAST_RESISTANCE, Moments, collide, moments};
 use crate::friction::slide_at_walls;
-use crate::grid::{AT_ONCE, Field, Fill, Grid, Kinds, SHARE, Shape, VELOCITY};
+use crate::grid::{ALL_ROWS, AT_ONCE, Field, Fill, Grid, Kinds, SHARE, Shape, VELOCITY};
 use crate::immersed::Sight;
 use crate::lanes::{LANES, Lanes, bits};
 use crate::lattice::{C, Q, W, each_pair, opposite};
@@ -657,6 +657,10 @@ impl<T: Real> Grid<T> {
     /// Sorts the rows whose surroundings have changed, and finds the shape of the surface: after cells have changed and before the next step.
     pub(crate) fn arrange(&mut self, rows: &mut Vec<Rows>, gravity: [T; 3]) {
         rows.resize(self.len(), Rows::default());
+        if self.solids.still && !self.sorted_still {
+            self.stale.fill(ALL_ROWS);
+        }
+        self.sorted_still = self.solids.still;
         let Self { topology, solids, inlets, links, front, fills, shape, kinds, used, stale, cages, .. } =
             self;
         let sorting = Sorting { kinds, links, solids, cages, used };
