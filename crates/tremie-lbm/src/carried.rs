@@ -368,7 +368,7 @@ impl<T: Real> Grid<T> {
                     }
                     if row.kinds.interface != 0 {
                         fluxes(&source, &surface, row, &f, |i, flux| {
-                            pass(first, row.kinds.interface, i, flux)
+                            pass(first, row.kinds.interface, i, flux);
                         });
                     }
                 }

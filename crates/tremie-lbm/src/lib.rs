@@ -64,6 +64,7 @@ mod values;
 mod view;
 mod wall;
 mod window;
+mod yielding;
 
 pub use plan::Plan;
 pub use real::{Number, Real};

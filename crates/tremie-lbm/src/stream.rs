@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use crate::ahead::Ahead;
 use crate::cage::Cages;
-use crate::collision::{COMPONENT, Held, LEAST_RESISTANCE, Moments, collide, moments};
+use crate::collision::{Held, LEAST_RESISTANCE, Moments, collide, moments};
 use crate::friction::slide_at_walls;
 use crate::grid::{ALL_ROWS, AT_ONCE, Field, Fill, Grid, Kinds, SHARE, Shape, VELOCITY};
 use crate::immersed::Sight;
@@ -33,12 +33,12 @@ use crate::rows::{BulkRow, Rows, Sorting, SurfaceRow, first_of};
 use crate::solids::Contact;
 use crate::source::{Fills, Shapes, Source};
 use crate::together::{
-    Own, PAIRS, Pair, Physics, Populations, Pushes, Whole, collide_pairs_here, rescale_row,
+    Own, PAIRS, Pair, Physics, Populations, Pushes, Whole, collide_pairs_here, pair_up, rescale_row,
 };
 use crate::topology::{CELLS, ROWS};
 use crate::transport::gains;
 use crate::values::written;
-use crate::wall::{FACES, SLANTED, tangents, wall_velocity};
+use crate::yielding::yield_at_walls;
 
 /// Fill above which an interface cell becomes liquid, and below which it becomes air.
 const FULL: f64 = 1.01;
@@ -104,6 +104,20 @@ struct Block<'a, T> {
     seen: Option<Sight<'a, T>>,
 }
 
+/// A surface row of which the populations are ready to collide.
+struct Ready<T> {
+    /// What the cells hold ([`Held::Partly`]).
+    held: [Lanes<T>; 2],
+    /// What mass they gain in this step.
+    gain: [f64; LANES],
+    /// What room walls that come on leave ([`Contact::room`]).
+    room: [f64; LANES],
+    /// For each face the cells that slide there, or have yielded already.
+    slides: [u8; 6],
+    /// Forces of cages on the row, where walls ask for them.
+    asked: Option<Pushes<T>>,
+}
+
 impl<T: Real> Held<Lanes<T>> {
     /// That of one cell.
     pub(crate) fn of(self, lane: usize) -> Held<T> {
@@ -159,45 +173,6 @@ impl<'a, T: Real> Source<'a, T> {
         }
     }
 
-    /// Lets the half-cells at flat walls yield by their own stress (module `wall`).
-    #[inline(always)]
-    fn yield_at_walls<R: Law<T>>(
-        &self,
-        row: &SurfaceRow,
-        physics: &Physics<T, R>,
-        own: &Own<'_, T, R>,
-        held: Held<Lanes<T>>,
-        slides: [u8; 6],
-        f: &mut Populations<T>,
-    ) {
-        let first = row.first();
-        for face in 0..FACES.len() {
-            let flat = row.flat[face] & !slides[face];
-            if flat == 0 {
-                continue;
-            }
-            let (axis, normal) = FACES[face];
-            let [[a, b], [c, d]] = SLANTED[face];
-            let m = moments(f, held, physics.drive_row(own));
-            let normal = Lanes::from_f64(-f64::from(normal));
-            let [t, s] = tangents(axis);
-            let stress = [normal * m.stress[COMPONENT[axis][t]], normal * m.stress[COMPONENT[axis][s]]];
-            // Momentum that the wall takes along the two tangents.
-            let taken = |from: usize, to: usize| {
-                f[to] + self.own(opposite(to), first) - f[from] - self.own(opposite(from), first)
-            };
-            let force = [m.force[t], m.force[s]];
-            let law = physics.law.row(&own.law);
-            let velocity = wall_velocity(&m, stress, [taken(a, b), taken(c, d)], force, &law);
-            let weight = Lanes::from_f64(1.0 / 6.0).only(flat);
-            let push = [weight * velocity[0], weight * velocity[1]];
-            f[a] += push[0];
-            f[b] -= push[0];
-            f[c] += push[1];
-            f[d] -= push[1];
-        }
-    }
-
     /// Momentum from moving walls: `6 w rho c.u` with rho = 1 (Ladd 1994).
     #[inline(never)]
     fn drag(&self, first: usize, i: usize, solid: u8, f: &mut [T]) {
@@ -208,9 +183,8 @@ impl<'a, T: Real> Source<'a, T> {
         }
     }
 
-    /// Makes the populations that arrived in a surface row ready to collide; `fill` and `mass` are those of the block's cells, `swept`
-    /// is what solids take, `own` what its flow curves have of their own. What the cells hold ([`Held::Partly`]), what mass they gain in this step, and what room walls
-    /// that come on leave ([`Contact::room`]).
+    /// Makes the populations that arrived in a surface row ready to collide, but for yielding at walls (module `yielding`); `fill` and `mass`
+    /// are those of the block's cells, `swept` is what solids take, `own` what its flow curves have of their own.
     #[inline(always)]
     fn surface<R: Law<T>>(
         &self,
@@ -222,7 +196,7 @@ impl<'a, T: Real> Source<'a, T> {
         fill: &Fill<T>,
         mass: &mut [f64; CELLS],
         swept: &mut f64,
-    ) -> ([Lanes<T>; 2], [f64; LANES], [f64; LANES]) {
+    ) -> Ready<T> {
         let first = row.first();
         let contacts = self.contacts(row, first);
         let mut room = [0.0; LANES];
@@ -270,16 +244,13 @@ impl<'a, T: Real> Source<'a, T> {
         }
         // Walls ask for the forces on the cells beside them, and take part of what moves there.
         let asks = row.caged && row.any_solid != 0;
-        let braked = asks.then(|| self.braked(first, held, physics.gravity, f)).flatten();
-        let own = &own.or(&braked);
+        let asked = asks.then(|| self.braked(first, held, physics.gravity, f)).flatten();
         let mut slides = [slides | yielded; 6];
         if self.rubs {
+            let own = &own.or(&asked);
             slide_at_walls(self, row, &contacts, physics, own, held.into(), f, &mut slides);
         }
-        if !physics.law.row(&own.law).is_newtonian() {
-            self.yield_at_walls(row, physics, own, held.into(), slides, f);
-        }
-        (held, gain, room)
+        Ready { held, gain, room, slides, asked }
     }
 }
 
@@ -448,38 +419,38 @@ fn step_surface<T: Real, R: Law<T>>(
     let mut density = [[[T::ONE; LANES]; 2]; PAIRS];
     // Gains, and the room that walls leave.
     let mut told = [[[0.0; LANES]; 2]; 2 * PAIRS];
+    let mut slides = [[0; 6]; 2 * PAIRS];
     let mut done = first;
     // Forces push on both rows of a pair or on neither.
     for batch in rows.chunk_by(|a, b| a.caged == b.caged).flat_map(|rows| rows.chunks(2 * PAIRS)) {
-        let mut braked: [Option<Pushes<T>>; 2 * PAIRS] = [const { None }; 2 * PAIRS];
-        for (m, row) in batch.iter().enumerate() {
-            let mut arrived = source.arriving(&row.beside);
-            let own = physics.own(source, row.first());
-            let (holds, gain, room) = source.surface(
-                surface,
-                row,
-                physics,
-                &own,
-                &mut arrived,
-                block.fill,
-                block.mass,
-                &mut findings.swept,
-            );
-            if row.caged {
-                braked[m] = source.braked(row.first(), holds, physics.gravity, &arrived);
-            }
-            f[m / 2].put(m % 2, &arrived);
-            held[m / 2].put(m % 2, &holds);
-            told[m] = [gain, room];
-        }
         let last = batch.len() - 1;
         let own: [Own<'_, T, R>; 2 * PAIRS] =
             std::array::from_fn(|m| physics.own(source, batch[m.min(last)].first()));
-        let own: [[Own<'_, T, R>; 2]; PAIRS] =
-            std::array::from_fn(|n| [2 * n, 2 * n + 1].map(|m| own[m].or(&braked[m.min(last)])));
+        let mut asked: [Option<Pushes<T>>; 2 * PAIRS] = [const { None }; 2 * PAIRS];
+        for (m, row) in batch.iter().enumerate() {
+            let mut arrived = source.arriving(&row.beside);
+            let (fill, mass, swept) = (&*block.fill, &mut *block.mass, &mut findings.swept);
+            let ready = source.surface(surface, row, physics, &own[m], &mut arrived, fill, mass, swept);
+            f[m / 2].put(m % 2, &arrived);
+            held[m / 2].put(m % 2, &ready.held);
+            told[m] = [ready.gain, ready.room];
+            (slides[m], asked[m]) = (ready.slides, ready.asked);
+        }
+        let pairs = batch.len().div_ceil(2);
+        if !physics.law.row(&own[0].law).is_newtonian() {
+            let own = pair_up(&own, &asked, last);
+            yield_at_walls(source, batch, &slides, &held, &own, physics, &mut f);
+        }
+        let mut braked = [const { None }; 2 * PAIRS];
+        if batch[0].caged {
+            for (m, row) in batch.iter().enumerate() {
+                let (held, f) = (held[m / 2].row(m % 2), f[m / 2].row(m % 2));
+                braked[m] = source.braked(row.first(), held, physics.gravity, &f);
+            }
+        }
+        let own = pair_up(&own, &braked, last);
         match change {
             None => {
-                let pairs = batch.len().div_ceil(2);
                 collide_pairs_here(
                     &f[..pairs],
                     &held[..pairs],
@@ -722,8 +693,16 @@ impl<T: Real> Grid<T> {
         for row in &rows.surface {
             let mut f = source.arriving(&row.beside);
             let own = physics.own(&source, row.first());
-            let (held, ..) =
-                source.surface(&surface, row, physics, &own, &mut f, fill, &mut mass, &mut swept);
+            let ready = source.surface(&surface, row, physics, &own, &mut f, fill, &mut mass, &mut swept);
+            let held = ready.held;
+            if !physics.law.row(&own.law).is_newtonian() {
+                let (mut pair, mut holds): ([Pair<T>; 1], [Pair<T, 2>; 1]) = bytemuck::Zeroable::zeroed();
+                pair[0].put(0, &f);
+                holds[0].put(0, &held);
+                let (own, row) = ([[own.or(&ready.asked), own.or(&ready.asked)]], std::slice::from_ref(row));
+                yield_at_walls(&source, row, &[ready.slides], &holds, &own, physics, &mut pair);
+                f = pair[0].row(0);
+            }
             let braked = row.caged.then(|| source.braked(row.first(), held, physics.gravity, &f)).flatten();
             let own = own.or(&braked);
             show(&f, held.into(), &own, row.row, row.kinds);

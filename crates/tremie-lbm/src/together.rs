@@ -184,6 +184,18 @@ impl<T: Real, const N: usize> Pair<T, N> {
     }
 }
 
+/// What up to [`PAIRS`] pairs of rows have of their own, with these forces instead where there are any; what comes after row number
+/// `last` is as that.
+#[inline(always)]
+pub(crate) fn pair_up<'b, T: Real, R: Law<T>>(
+    own: &'b [Own<'_, T, R>; 2 * PAIRS],
+    pushes: &'b [Option<Pushes<T>>; 2 * PAIRS],
+    last: usize,
+) -> [[Own<'b, T, R>; 2]; PAIRS] {
+    let of = |m: usize| own[m.min(last)].or(&pushes[m.min(last)]);
+    std::array::from_fn(|n| [of(2 * n), of(2 * n + 1)])
+}
+
 /// How much of their cells the fluid of two rows fills: known to the compiler where it is all of them.
 pub(crate) trait Filling<T: Real> {
     /// The nth cell.
