@@ -365,11 +365,11 @@ impl<T: Real> FreeSurface<T> {
             - self.ledger.drained.volume
     }
 
-    /// Whether the fluid keeps its volume, and not its mass: with each other step it is pressed together by another share, and what comes in on top, or a plate, presses together what
-    /// lies below.
+    /// Whether the fluid keeps its volume, and not its mass: with each other step it is pressed together by another share, what comes in on top, or a plate, presses together what
+    /// lies below, and what a gate or a mould has held up is pressed less once it is let go.
     fn keeps_volume(&self) -> bool {
         let adapts = settings(&self.case).stepping == Stepping::Adaptive;
-        adapts || !self.case.inlets.is_empty() || self.plate.is_some()
+        adapts || !self.case.inlets.is_empty() || self.grid.solids.any_moves()
     }
 
     /// Gives back to the interface a share of what it lost of the fluid's volume by pressure, or takes what it gained, and says how much that was.

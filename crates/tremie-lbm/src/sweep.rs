@@ -270,23 +270,23 @@ impl<T: Real> Grid<T> {
         let has_solid = |slot: usize| self.kinds[slot].iter().any(|kinds| kinds.immersed != 0);
         let immersed: Vec<bool> = (0..self.kinds.len()).map(has_solid).collect();
         let near = |slot: &usize| self.links[*slot].slots.iter().any(|beside| immersed[*beside as usize]);
-        let mut left = 0.0;
-        for slot in self.slots().filter(near) {
-            for cell in 0..CELLS {
-                if !self.is_liquid((slot, cell)) {
-                    continue;
-                }
-                // The velocities along axes come first.
-                for i in 1..=6 {
-                    // What comes in by i comes from the cell against it.
-                    let (beside, at, _) = self.links[slot].cell(cell, C[opposite(i)]);
-                    if self.kinds[beside as usize][at / EDGE].immersed >> (at % EDGE) & 1 == 1 {
-                        left += self.solids.left_in_column(self.links[slot].coordinates(cell), i);
-                    }
-                }
+        let liquid = |slot: usize| {
+            (0..CELLS).map(move |cell| (slot, cell)).filter(|cell| self.is_liquid(*cell))
+        };
+        self.slots().filter(near).flat_map(liquid).map(|cell| self.left_beside(cell)).sum()
+    }
+
+    /// The same beside one cell.
+    pub(crate) fn left_beside(&self, (slot, cell): Cell) -> f64 {
+        // The velocities along axes come first, and what comes in by i comes from the cell against it.
+        let left = |i: usize| {
+            let (beside, at, _) = self.links[slot].cell(cell, C[opposite(i)]);
+            match self.kinds[beside as usize][at / EDGE].immersed >> (at % EDGE) & 1 == 1 {
+                true => self.solids.left_in_column(self.links[slot].coordinates(cell), i),
+                false => 0.0,
             }
-        }
-        left
+        };
+        (1..=6).map(left).sum()
     }
 
     /// Whether liquid touches a solid.

@@ -153,6 +153,7 @@ impl<T: Real> FreeSurface<T> {
         let velocity_unit = self.scaling.velocity_unit();
         let rate_unit = 1.0 / self.scaling.time_step;
         let mut loads = Loads::new(self.grid.solids.count(), self.case.cages.len());
+        let moves = self.grid.solids.any_moves();
         let mut all = Vec::new();
         self.fluid.moments(&self.grid, slot, &self.rows[slot], Some(&mut loads), |cell, m, omega| {
             let interface = self.grid.kinds[slot][cell / EDGE].interface >> (cell % EDGE) & 1 == 1;
@@ -162,7 +163,11 @@ impl<T: Real> FreeSurface<T> {
             all.push(Seen {
                 cell,
                 fill: match interface {
-                    true => (self.grid.mass[slot][cell] / m.density.to_f64()).clamp(0.0, 1.0),
+                    true => {
+                        // Of what walls that move leave of it.
+                        let room = 1.0 + if moves { self.grid.left_beside((slot, cell)) } else { 0.0 };
+                        (self.grid.mass[slot][cell] / (m.density.to_f64() * room)).clamp(0.0, 1.0)
+                    }
                     false => 1.0,
                 },
                 pressure: m.excess_density.to_f64() / 3.0 * pressure_unit,

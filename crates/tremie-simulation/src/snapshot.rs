@@ -101,7 +101,7 @@ pub struct Cells {
     pub size: f64,
     /// Cells along each axis.
     pub count: [usize; 3],
-    /// Share of each cell that is filled with fluid, 0 to 1.
+    /// Share of each cell that is filled with fluid, 0 to 1; of one that a moving solid cuts, of what that leaves of it.
     pub fill: Vec<f64>,
     /// Pressure above that of the air in Pa.
     pub pressure: Vec<f64>,

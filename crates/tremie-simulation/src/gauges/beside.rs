@@ -57,11 +57,14 @@ pub(super) fn left(moving: &[Moving], moved: &[DVec3], cells: &Cells) -> f64 {
         .into_par_iter()
         .map(|k| {
             let columns = (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j)));
-            let wet = columns.filter(|(i, j)| {
-                let n = cells.index(*i, *j, k);
-                cells.fill[n] == 1.0 && cells.solid[n] == 0
-            });
-            wet.map(|(i, j)| beside(cells.centre(i, j, k))).sum()
+            let left = |(i, j): (usize, usize)| {
+                let n = cells.index(i, j, k);
+                match cells.fill[n] > 0.0 && cells.solid[n] == 0 {
+                    true => cells.fill[n] * beside(cells.centre(i, j, k)),
+                    false => 0.0,
+                }
+            };
+            columns.map(left).sum()
         })
         .collect();
     layers.iter().sum()
