@@ -365,9 +365,9 @@ fn judge<T: Real>(
     let rising = above(1.0 - NEAR) & bits(|k| gain[k] > NEAR / SOON);
     let falling = below(NEAR) & bits(|k| gain[k] < -NEAR / SOON);
     let full = (above(FULL) | rising | nearly_full & !around.any_air | closed) & interface;
-    // On a wall a film goes on by cells that hold little at first.
-    let gaining = bits(|k| gain[k] > 0.0);
-    let astray = !around.any_liquid & !(around.any_solid & gaining);
+    // On a wall a film goes on by cells that hold little at first. (They would come and go with each tremble if they went with each loss.)
+    let staying = bits(|k| gain[k] > -larger(fill[k], NEAR) / SOON);
+    let astray = !around.any_liquid & !(around.any_solid & staying);
     let empty = (below(EMPTY) | falling | nearly_empty & astray) & interface & !full;
     findings.full[row] = full;
     findings.empty[row] = empty;

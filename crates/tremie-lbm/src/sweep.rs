@@ -270,9 +270,8 @@ impl<T: Real> Grid<T> {
         let has_solid = |slot: usize| self.kinds[slot].iter().any(|kinds| kinds.immersed != 0);
         let immersed: Vec<bool> = (0..self.kinds.len()).map(has_solid).collect();
         let near = |slot: &usize| self.links[*slot].slots.iter().any(|beside| immersed[*beside as usize]);
-        let liquid = |slot: usize| {
-            (0..CELLS).map(move |cell| (slot, cell)).filter(|cell| self.is_liquid(*cell))
-        };
+        let liquid =
+            |slot: usize| (0..CELLS).map(move |cell| (slot, cell)).filter(|cell| self.is_liquid(*cell));
         self.slots().filter(near).flat_map(liquid).map(|cell| self.left_beside(cell)).sum()
     }
 

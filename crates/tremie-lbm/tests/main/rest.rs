@@ -1,6 +1,6 @@
 //! Fluids that have no reason to move, and exact flows that a lattice must get right.
 
-use tremie_simulation::Cells;
+use tremie_simulation::{Cells, Simulation};
 
 use crate::{advance, advanced, case, cells};
 
@@ -47,6 +47,28 @@ fn a_block_below_its_yield_stress_does_not_flow() {
     let middle = before.index(5, 5, 4);
     let share = before.pressure[middle] / (2300.0 * 9.81 * 0.055);
     assert!((0.25..0.6).contains(&share), "{share}");
+}
+
+/// A film in a corner, thinner than a cell and held up by its yield stress, above a pool that fills the box.
+#[test]
+fn a_film_in_a_corner_stops_trembling() {
+    let text = "[material]\ndensity = \"2300 kg/m3\"\n\
+         [material.bingham]\nyield_stress = \"200 Pa\"\nplastic_viscosity = \"30 Pa s\"\n\
+         [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"100 mm\", \"100 mm\", \"340 mm\"]\n\
+         [[fluid]]\nbox = { min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"100 mm\", \"100 mm\", \"100 mm\"] }\n\
+         [[fluid]]\nbox = { min = [\"0 m\", \"0 m\", \"100 mm\"], max = [\"18 mm\", \"18 mm\", \"300 mm\"] }\n\
+         [lbm]\ncell_size = \"20 mm\"\ntime_step = \"1.16 ms\"\n";
+    let mut simulation = advanced(&case(text), 0);
+    let fastest = |simulation: &dyn Simulation| {
+        let cells = cells(simulation);
+        let wet = (0..cells.fill.len()).filter(|n| cells.fill[*n] >= 0.5);
+        wet.map(|n| cells.velocity[n].length()).fold(0.0, f64::max)
+    };
+    // Let go at once it rings, by as much as it falls in a step and more.
+    advance(&mut *simulation, 10);
+    assert!(fastest(&*simulation) > 5e-3);
+    advance(&mut *simulation, 1700);
+    assert!(fastest(&*simulation) < 1e-4, "{}", fastest(&*simulation));
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use std::sync::LazyLock;
 
+use rayon::prelude::*;
 use tiny_skia::{
     FillRule, LineCap, LineJoin, Mask, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash, Transform,
 };
@@ -105,20 +106,19 @@ impl Canvas {
     }
 
     /// Colours each pixel of an area by its centre; the share from 0 to 1 says how much of it is covered.
-    pub(super) fn paint(&mut self, area: Area, colour: impl Fn([f64; 2]) -> Option<(Colour, f64)>) {
+    pub(super) fn paint(&mut self, area: Area, colour: impl Fn([f64; 2]) -> Option<(Colour, f64)> + Sync) {
         let width = self.pixmap.width() as usize;
-        let data = self.pixmap.data_mut();
-        for row in area.top as usize..area.bottom() as usize {
-            for column in area.left as usize..area.right() as usize {
+        let rows = area.top as usize..area.bottom() as usize;
+        let lines = self.pixmap.data_mut().par_chunks_exact_mut(4 * width).enumerate();
+        lines.filter(|(row, _)| rows.contains(row)).for_each(|(row, line)| {
+            let pixels = line.chunks_exact_mut(4).enumerate();
+            for (column, pixel) in pixels.take(area.right() as usize).skip(area.left as usize) {
                 let Some((colour, share)) = colour([column as f64 + 0.5, row as f64 + 0.5]) else { continue };
-                let at = 4 * (row * width + column);
-                if let Some(pixel) = data.get_mut(at..at + 3) {
-                    for (old, new) in pixel.iter_mut().zip(colour) {
-                        *old = mix(*old, new, share);
-                    }
+                for (old, new) in pixel.iter_mut().zip(colour) {
+                    *old = mix(*old, new, share);
                 }
             }
-        }
+        });
     }
 
     pub(super) fn fill(&mut self, area: Area, colour: Colour, opacity: f64) {
@@ -235,7 +235,8 @@ pub(super) fn text_width(text: &str, lettering: Lettering) -> f64 {
 
 /// `share` of the new colour over the old one.
 pub(super) fn mix(old: u8, new: u8, share: f64) -> u8 {
-    (f64::from(old) + (f64::from(new) - f64::from(old)) * share).round() as u8
+    // Rounded, as it is not negative.
+    (f64::from(old) + (f64::from(new) - f64::from(old)) * share + 0.5) as u8
 }
 
 fn paint(colour: Colour, opacity: f64) -> Paint<'static> {

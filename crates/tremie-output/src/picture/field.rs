@@ -205,7 +205,7 @@ impl Sheet {
     }
 
     /// Colours the pixels by their position and size in metres.
-    pub(super) fn paint(&mut self, colour: impl Fn([f64; 2], f64) -> Option<(Colour, f64)>) {
+    pub(super) fn paint(&mut self, colour: impl Fn([f64; 2], f64) -> Option<(Colour, f64)> + Sync) {
         let Axes { area, x, y } = self.axes;
         let size = 1e-3 * (x.value(1.0) - x.value(0.0)) / area.width;
         self.canvas.paint(area, |[column, row]| {
@@ -269,7 +269,7 @@ impl Sheet {
 /// Distance in pixels from a point inwards to where a share between 0 and 1 passes one half; `None` well outside.
 pub(super) fn edge_distance(grid: &Grid, share: &[f32], point: [f64; 2], pixel: f64) -> Option<f64> {
     let (value, gradient) = grid.sample(share, point);
-    let slope = gradient[0].hypot(gradient[1]) * pixel;
+    let slope = (gradient[0] * gradient[0] + gradient[1] * gradient[1]).sqrt() * pixel;
     let distance = (value - 0.5) / slope.max(1e-9);
     (distance > -2.0).then_some(distance)
 }

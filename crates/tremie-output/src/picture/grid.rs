@@ -47,10 +47,7 @@ impl Grid {
 
     /// The cell whose area holds a point.
     pub(super) fn nearest(&self, point: [f64; 2]) -> usize {
-        let [i, j] = [0, 1].map(|d| {
-            let offset = ((point[d] - self.origin[d]) / self.spacing[d]).floor();
-            self.cell(d, offset as i64)
-        });
+        let [i, j] = [0, 1].map(|d| self.cell(d, floor((point[d] - self.origin[d]) / self.spacing[d])));
         i + self.cells[0] * j
     }
 
@@ -68,9 +65,9 @@ impl Grid {
     pub(super) fn sample(&self, values: &[f32], point: [f64; 2]) -> (f64, [f64; 2]) {
         let axes = [0, 1].map(|d| {
             let offset = (point[d] - self.origin[d]) / self.spacing[d] - 0.5;
-            let base = offset.floor();
-            let (weights, slopes) = spline(offset - base);
-            (std::array::from_fn::<_, 4, _>(|n| self.cell(d, base as i64 + n as i64 - 1)), weights, slopes)
+            let base = floor(offset);
+            let (weights, slopes) = spline(offset - base as f64);
+            (std::array::from_fn::<_, 4, _>(|n| self.cell(d, base + n as i64 - 1)), weights, slopes)
         });
         let [(columns, wx, sx), (rows, wy, sy)] = &axes;
         let (mut value, mut gradient) = (0.0, [0.0; 2]);
@@ -113,6 +110,12 @@ impl Grid {
         }
         filled
     }
+}
+
+/// Largest integer not above `x`. (What the library has is a call where the processor is not known.)
+fn floor(x: f64) -> i64 {
+    let whole = x as i64;
+    whole - i64::from(whole as f64 > x)
 }
 
 /// Weights and their slopes of the four cells around a point that lies a share `t` past the second of them.
