@@ -195,16 +195,16 @@ impl<N: Number> Relaxation<N> for Bingham<N> {
 
     #[inline(always)]
     fn wall_velocity(&self, traction: N, growth: N, cell: impl Fn(N) -> [N; 3]) -> N {
-        let rigid = self.wall_velocity_rigid(traction, growth);
         // In shear along the wall the lesser holds. Where stresses across it make the cell yield, that goes on as it does in rigid fluid: a jump there would make much of what
-        // rounding does to cells that are about to yield. The cell's fluidity depends on v: v = next(v). Each turn comes nearer by much the same share of the way, so that two tell where it
-        // ends (Aitken 1926).
+        // rounding does to cells that are about to yield. The cell's fluidity depends on v: v = next(v). Each turn comes nearer by much the same share of the way, so that two tell
+        // where it ends (Aitken 1926).
+        let rigid = self.wall_velocity_rigid(traction, growth);
         let (mut before, mut v) = (rigid, rigid);
         for turn in 0..3 {
-            let [fluidity, wall, _] = cell(v);
+            let [fluidity, wall, growth] = cell(v);
             let traction = wall + N::from_f64(1.0 / 3.0) * v;
             let yielded = self.wall_velocity_yielded(traction, fluidity);
-            let next = smaller(yielded, rigid);
+            let next = smaller(yielded, self.wall_velocity_rigid(traction, growth));
             v = match turn {
                 1 => {
                     let (step, change) = (next - v, (v - before) - (next - v));
