@@ -18,7 +18,7 @@
 //!
 //! The second is the first with the trapezoidal rule for the mean, which other curves may not take: where the cell is about to
 //! yield, s(tau) is anything but straight, and v would jump. It vanishes for Newtonian fluids and where nothing has
-//! yielded, and is continuous between all cases: of the last two the lesser holds, where stresses across the wall make the cell yield before its shear along it does. A fluid that thins has v > 0 whether it has a yield stress or not, one that thickens
+//! yielded, and is continuous between all cases. A fluid that thins has v > 0 whether it has a yield stress or not, one that thickens
 //! v < 0. phi(tau_1) is the fluidity of the cell, by all of its stress; the mean and s(tau_1) are those of shear along the wall.
 //!
 //! The stress `tau_1 = (1 - omega/2) P` is that of the coming collision. The traction follows from the momentum T that the wall takes in this
