@@ -164,9 +164,10 @@ impl<T: Real> FreeSurface<T> {
                 cell,
                 fill: match interface {
                     true => {
-                        // Of what walls that move leave of it.
+                        // Of what walls that move leave of it; between two there may be nothing left.
                         let room = 1.0 + if moves { self.grid.left_beside((slot, cell)) } else { 0.0 };
-                        (self.grid.mass[slot][cell] / (m.density.to_f64() * room)).clamp(0.0, 1.0)
+                        let whole = m.density.to_f64() * room.max(f64::EPSILON);
+                        (self.grid.mass[slot][cell] / whole).clamp(0.0, 1.0)
                     }
                     false => 1.0,
                 },
