@@ -37,7 +37,7 @@
 //! scheme is damped here, because everything but the stress itself relaxes at rate 1. What is left are the waves of an elastic
 //! solid, since stress that does not relax is what all strain adds up to, and nothing damps them. Bodies answer a wave a step late, those at walls
 //! a step and a half (module `immersed`): more than a quarter of the period of the shortest, so that they can drive it, at a rate in proportion to their
-//! friction. So odd moments that are thrown back with omega_odd = 2 are held to `2 - k/10` where bodies rub by k for each unit of velocity (of which they get 4/3 at most beside walls). Stress then spreads by
+//! friction; so do the bars of cages (module `cage`). So odd moments that are thrown back with omega_odd = 2 are held to `2 - k/10` where bodies or bars rub by k for each unit of velocity (of which they get 4/3 at most beside walls). Stress then spreads by
 //! `D = (1/omega_odd - 1/2)/3`, which is k/120 cells squared a step, and with it the shortest waves die down. What does not yield and has a stress that varies over n cells creeps as
 //! if its viscosity was `n^2/(3 D)` = 40 n^2/k in lattice units, where the fluid has less than 1.
 

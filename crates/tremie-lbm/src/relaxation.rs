@@ -45,7 +45,7 @@ pub trait Relaxation<N> {
     ///
     /// with the mean of the flow curve's s(tau) over the half-cell, in which tau grows from `t - growth` to `t` at the wall.
     /// Beyond no stress there is no fluid. `cell(v)` is the fluidity of the cell itself, t, and the growth, while
-    /// the wall moves with v. At a rigid cell `t = traction - v/3`, and `growth` is the growth.
+    /// the wall moves with v. If the cell is rigid, `t = traction - v/3`, and `growth` is the growth.
     fn wall_velocity(&self, traction: N, growth: N, cell: impl Fn(N) -> [N; 3]) -> N;
 
     /// Shear rate s(tau) under the stress `stress >= 0`.
@@ -164,7 +164,8 @@ impl<N: Number> Bingham<N> {
         let excess = larger(traction - self.yield_stress, N::ZERO);
         let b = N::from_f64(6.0) * self.plastic_viscosity * larger(growth, N::ZERO);
         let x = (b * b + N::from_f64(2.0) * b * excess).sqrt() - b;
-        N::from_f64(3.0) * (excess - x)
+        // Where all of the half-cell has yielded, that is more than it shears by.
+        smaller(N::from_f64(3.0) * (excess - x), self.wall_velocity_yielded(traction, N::ZERO))
     }
 
     /// The same where it has yielded and has the given fluidity: s(tau) is straight from the centre to the wall, so that
@@ -302,14 +303,13 @@ mod tests {
                 assert!((4.0 * v - left).abs() < 1e-12, "{fluidity} {traction}: {v}");
             }
         }
-        for growth in [1e-6, 1e-5, 5e-5] {
+        for growth in [-1e-5, 0.0, 1e-6, 1e-5, 5e-5] {
             for traction in [1e-5, 2.5e-5, 6e-5] {
+                // Shear from the wall to where the half-cell ends, or the yielded part of it.
                 let v = law.wall_velocity_rigid(traction, growth);
                 let x = (traction - v / 3.0 - yield_stress).max(0.0);
-                assert!(
-                    (2.0 * v - x * x / (2.0 * viscosity * growth)).abs() < 1e-12,
-                    "{growth} {traction}: {v}"
-                );
+                let share = if x >= growth { 1.0 } else { x / growth };
+                assert!((4.0 * v - share * x / viscosity).abs() < 1e-12, "{growth} {traction}: {v}");
             }
         }
         // A Newtonian wall does not slip, whatever the traction.

@@ -5,7 +5,7 @@ use tremie_numerics::DVec3;
 use crate::cage::{Arrived, Block, Cages};
 use crate::collision::{Drive, Held, density_and_momentum, moments};
 use crate::grid::{Field, Fill};
-use crate::immersed::Vectors;
+use crate::immersed::{TAKES, Vectors};
 use crate::inlet::Inlets;
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, MIRROR, Q, each_pair};
@@ -194,7 +194,7 @@ impl<'a, T: Real> Source<'a, T> {
         self.pressed.map_or(Lanes::ZERO, |pressed| pressed.lanes(0, first))
     }
 
-    /// Forces on the cells of a row whose first cell is `first`, with those of cages; none where there is no cage.
+    /// Forces on the cells of a row whose first cell is `first`, with those of cages, and the friction there; none where there is no cage.
     pub(crate) fn braked(
         &self,
         first: usize,
@@ -217,6 +217,9 @@ impl<'a, T: Real> Source<'a, T> {
             for a in 0..3 {
                 push[a] += T::from_f64(force[a]);
             }
+            // Bars drive waves as bodies do (module `collision`); those that hold the fluid rub without bounds.
+            let velocity = (momentum + 0.5 * force).length() / density;
+            push[3] += T::from_f64((force.length() / velocity.max(f64::MIN_POSITIVE)).min(TAKES));
         }
         Some(pushes)
     }

@@ -176,7 +176,7 @@ fn shear<T: Real, R: Relaxation<T>>(
     }
     let (whole, area) = (area, area.inverse());
     let still = area * taken;
-    let wall = 1.5 * still - 0.5 * on;
+    let wall = 1.5 * still - 0.5 * kept * on;
     let size = wall.length();
     if size == 0.0 {
         return;

@@ -102,11 +102,13 @@ impl<N: Number> Relaxation<N> for Tabulated<N::Scalar> {
     /// Its left side less its right one grows with v at least as fast as `2 v` for all our curves (a test), which bounds the slope from
     /// below; the first slope is that for a cell that keeps its shear rate.
     #[inline(always)]
-    fn wall_velocity(&self, traction: N, _: N, cell: impl Fn(N) -> [N; 3]) -> N {
+    fn wall_velocity(&self, _: N, _: N, cell: impl Fn(N) -> [N; 3]) -> N {
         let (two, four, third) = (N::from_f64(2.0), N::from_f64(4.0), N::from_f64(1.0 / 3.0));
+        let at_rest = cell(N::ZERO);
+        let traction = at_rest[1];
         let excess = |v: N| four * (v - self.half_cell(traction, cell(v)));
-        let (mut v0, mut f0) = (N::ZERO, excess(N::ZERO));
-        let growth = told(cell(N::ZERO)[2], traction);
+        let (mut v0, mut f0) = (N::ZERO, four * (N::ZERO - self.half_cell(traction, at_rest)));
+        let growth = told(at_rest[2], traction);
         let curve = (self.rate.at(traction) - self.rate.at(larger(traction - growth, N::ZERO))) / growth;
         let mut v = -f0 / (four + two * third * curve);
         for _ in 0..TURNS {

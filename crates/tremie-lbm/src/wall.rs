@@ -104,16 +104,23 @@ pub(crate) fn wall_velocity<T: Number, R: Relaxation<T>>(
 ) -> [T; 2] {
     let (third, four) = (T::from_f64(1.0 / 3.0), T::from_f64(4.0));
     let half = T::from_f64(0.5);
-    // As if the cell were rigid, so that P is its stress.
-    let traction = |n: usize| {
-        let still = taken[n] - T::from_f64(1.0 / 6.0) * force[n];
-        still + half * (still - stress[n])
-    };
-    let traction = [traction(0), traction(1)];
-    let size = (traction[0] * traction[0] + traction[1] * traction[1]).sqrt();
-    let least = larger(size, T::TINY);
+    let still = [0, 1].map(
+        #[inline(always)]
+        |n: usize| taken[n] - T::from_f64(1.0 / 6.0) * force[n],
+    );
+    // The wall moves along what the wall at rest bears. (P alone is more than the stress of a cell that yields, so that the traction would be
+    // next to nothing or point back at some speed, and turn with all that trembles.)
+    let resists = T::ONE - half * law.omega(m.q);
+    let traction = [0, 1].map(
+        #[inline(always)]
+        |n: usize| still[n] + half * (still[n] - resists * stress[n]),
+    );
+    let least = larger((traction[0] * traction[0] + traction[1] * traction[1]).sqrt(), T::TINY);
     let direction = [traction[0] / least, traction[1] / least];
     let along = direction[0] * stress[0] + direction[1] * stress[1];
+    let still = direction[0] * still[0] + direction[1] * still[1];
+    // As if the cell were rigid, so that P is its stress.
+    let size = still + half * (still - along);
     // What of 2 P:P the wall velocity leaves alone.
     let all = m.q * m.density * T::from_f64(2.0 / 3.0);
     let rest = all * all - four * (stress[0] * stress[0] + stress[1] * stress[1]);
@@ -258,6 +265,7 @@ mod tests {
     use std::cell::Cell;
 
     use super::*;
+    use crate::relaxation::Bingham;
 
     /// The root of a function and how often it was asked for.
     fn found(f: impl Fn(f64) -> f64, ends: [f64; 2]) -> (f64, usize) {
@@ -295,6 +303,39 @@ mod tests {
     fn jumps_are_found_by_halves() {
         let (v, asked) = found(|v| if v < 0.123 { v - 5.0 } else { v + 3.0 }, [-1.0, 1.0]);
         assert!((v - 0.123).abs() < 2e-5 && asked < 60, "{v} {asked}");
+    }
+
+    /// However fast the cell shears, and however it trembles across, the wall moves along its traction, by what its own equation says.
+    #[test]
+    fn walls_move_along_their_traction() {
+        let (yield_stress, viscosity) = (1e-5, 0.02);
+        let law = Bingham::<f64>::new(yield_stress, viscosity);
+        for rate in [1e-4, 3e-4, 1e-3, 1e-2] {
+            let tau = yield_stress + viscosity * rate;
+            for tremble in [0.0, 1e-8] {
+                let stress = [tau + rate / 6.0, tremble];
+                let cell = Moments {
+                    excess_density: 0.0,
+                    density: 1.0,
+                    momentum: [0.0; 3],
+                    force: [0.0; 3],
+                    velocity: [0.0; 3],
+                    stress: [0.0, 0.0, 0.0, stress[0], stress[1], 0.0],
+                    third_of_trace: 0.0,
+                    q: 3.0 * stress[0].hypot(stress[1]),
+                    fill: 1.0,
+                    resistance: None,
+                };
+                let taken = 1.2 * tau;
+                let [v, aside] = wall_velocity(&cell, stress, [taken, 0.0], [0.0; 2], &law);
+                let left = stress[0] - v / 3.0;
+                let omega = law.omega(3.0 * left);
+                let wall = 1.5 * (taken - v / 3.0) - 0.5 * (1.0 - 0.5 * omega) * left;
+                let lacks = law.rate(wall) - 6.0 * omega / (2.0 - omega) * wall;
+                assert!(v > 0.0 && (4.0 * v - lacks).abs() < 0.01 * lacks, "{rate}: {v} {lacks}");
+                assert!(aside.abs() < 1.01 * 0.5 * tremble / tau * v + 1e-20, "{rate}: {v} {aside}");
+            }
+        }
     }
 
     #[test]

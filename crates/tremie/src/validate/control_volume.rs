@@ -7,9 +7,13 @@ use tremie_simulation::gauges::{Gauges, Readings};
 use tremie_simulation::{Cells, Fluid, Snapshot};
 
 use super::benchmark::{Check, Context, shown};
+use super::flow::lattice;
 
 /// When the first balance begins, in s: at the start of the L-box, and when the jet of the slab has landed.
 const BEGINS: [(&str, f64); 2] = [("l-box", 0.0), ("slab", 1.0)];
+
+/// When that of the slab ends in finer cells, in s: until then its jet falls freely, and what is left is largest.
+const UNTIL: f64 = 2.0;
 
 /// An L-box and a slab.
 pub(super) fn control_volume(context: &Context) -> anyhow::Result<Vec<Check>> {
@@ -29,6 +33,11 @@ pub(super) fn control_volume(context: &Context) -> anyhow::Result<Vec<Check>> {
             context.zero("volume", what("volume"), "", balance.volume)?,
         ]);
     }
+    let mut finer = context.case("slab.toml")?;
+    lattice(&mut finer).cell_size /= 2.0;
+    finer.stop.time = UNTIL;
+    let balance = Balance::of(&finer, BEGINS[1].1)?;
+    checks.push(shown("the largest, slab, cells half as wide, to 2 s", balance.largest));
     Ok(checks)
 }
 
