@@ -2,9 +2,9 @@
 //!
 //! A slump spends most of its time creeping, at a tenth of its first height and a thousandth of its first speed; what set the time
 //! step at the start holds no longer. Every [`INTERVAL`] steps the limits of `scaling` are asked again, for the fluid as it
-//! is: the 99th percentile of its speed (single cells spike when they convert) and its height along gravity.
-//! While fluid comes in, two things differ. What falls from a hose is high, but does not weigh on what lies below as if it stood
-//! there: the 99th percentile of the pressure counts in place of the height. And the jet is a small part of all fluid, but the fastest:
+//! is: the 99th percentile of its speed (single cells spike when they convert), and what weighs on its bottom: its height along gravity, or
+//! the 99th percentile of its pressure if that is less. (What falls from a hose, or clings to a wall high up, does not weigh on what lies below as if it stood there.)
+//! While fluid comes in, the jet is a small part of all fluid, but the fastest:
 //! the speed counts that 99 % of the kinetic energy does not exceed. Until a jet has had the time to fall, it is taken to fall freely.
 //! The largest speed of a while counts, as long as the fluid needs to fall its height, so that a flow that has yet to begin is
 //! not taken for one that has come to rest.

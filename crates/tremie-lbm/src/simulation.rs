@@ -421,11 +421,11 @@ impl<T: Real> FreeSurface<T> {
         let common = self.grid.common(self.fluid.gravity());
         let soon = self.time + INTERVAL as f64 * self.scaling.time_step;
         let mut speed = common.speed.max(self.scaling.velocity(self.solid_speed()));
-        let mut hydrostatic_error = self.scaling.hydrostatic_error(gravity, height);
         if let Some(first) = speed_of_first_fall(&self.case, self.time, soon) {
             speed = speed.max(common.energetic_speed).max(self.scaling.velocity(first));
-            hydrostatic_error = hydrostatic_error.min(common.excess);
         }
+        // What stands as high as anything, or less.
+        let hydrostatic_error = self.scaling.hydrostatic_error(gravity, height).min(common.excess);
         let look = Look {
             time: self.time,
             speed,

@@ -44,9 +44,12 @@ use crate::yielding::yield_at_walls;
 const FULL: f64 = 1.01;
 const EMPTY: f64 = -0.01;
 /// The same for cells that are this near to full or empty and on their way there, fast enough to arrive within so many
-/// steps. (What leaves a cell by its plane never takes it beyond full or empty, so that it might come to neither limit.)
+/// steps. (What leaves a cell by its plane never takes it beyond full or empty, so that it might come to neither limit.) Filling must be
+/// sooner: liquid beside a cell that empties becomes interface as full as it was. If any tremble made it liquid again, the empty cell came back with it, and
+/// both came and went by turns for ever; each time is a blow that what does not yield around them carries on.
 const NEAR: f64 = 0.005;
-const SOON: f64 = 100.0;
+const FILLS_WITHIN: f64 = 10.0;
+const EMPTIES_WITHIN: f64 = 100.0;
 /// The same for cells that have no air, or no liquid, beside them. (One with neither air nor interface, a bubble of one
 /// cell, closes at any fill.)
 const FULL_INSIDE: f64 = 0.9;
@@ -362,11 +365,11 @@ fn judge<T: Real>(
     if (nearly_full | nearly_empty | closed) & interface == 0 {
         return;
     }
-    let rising = above(1.0 - NEAR) & bits(|k| gain[k] > NEAR / SOON);
-    let falling = below(NEAR) & bits(|k| gain[k] < -NEAR / SOON);
+    let rising = above(1.0 - NEAR) & bits(|k| gain[k] > NEAR / FILLS_WITHIN);
+    let falling = below(NEAR) & bits(|k| gain[k] < -NEAR / EMPTIES_WITHIN);
     let full = (above(FULL) | rising | nearly_full & !around.any_air | closed) & interface;
     // On a wall a film goes on by cells that hold little at first. (They would come and go with each tremble if they went with each loss.)
-    let staying = bits(|k| gain[k] > -larger(fill[k], NEAR) / SOON);
+    let staying = bits(|k| gain[k] > -larger(fill[k], NEAR) / EMPTIES_WITHIN);
     let astray = !around.any_liquid & !(around.any_solid & staying);
     let empty = (below(EMPTY) | falling | nearly_empty & astray) & interface & !full;
     findings.full[row] = full;

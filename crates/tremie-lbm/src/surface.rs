@@ -7,7 +7,8 @@
 //! - A full cell becomes liquid; air beside it becomes interface.
 //! - An empty cell becomes air, unless a cell beside it has just become liquid; liquid beside it becomes interface.
 //! - A new interface cell starts at equilibrium with the mean density and velocity of the fluid beside it (Schwarzmeier
-//!   and Ruede 2022).
+//!   and Ruede 2022), but what it first sends into that fluid is what the air would have sent. Otherwise the fluid feels a blow, by as much as its stress is;
+//!   and where it does not yield it rings, by which cells beside it come and go, so that it rings for ever: by a few mm/s on coarse cells.
 //! - What a converted cell has too much or too little goes evenly to the interface cells beside it; under a wall that comes on it lies between the cell and the wall
 //!   (module `sweep`). Where there are
 //!   none (a bubble closes, a crumb dries up), it goes to the nearest interface cell: never dropped, and counted.
@@ -16,9 +17,11 @@
 //! - Crumbs, interface cells that touch neither liquid nor an interface cell that touches liquid, and do not lie on a wall with a face, would fall
 //!   freely where they are, ever faster; they are taken up by the nearest interface cell. A mirror on which they weigh is a wall: films without liquid lie on floors without friction, too.
 
+use tremie_numerics::DVec3;
+
 use crate::collision::{density_and_momentum, equilibrium};
 use crate::grid::{Grid, Kinds};
-use crate::lattice::{C, MIRROR, Q};
+use crate::lattice::{C, MIRROR, Q, W, opposite, vector};
 use crate::outlet::Amount;
 use crate::real::Real;
 use crate::stream::Findings;
@@ -170,7 +173,8 @@ impl<T: Real> Grid<T> {
             list.sort_unstable();
             list.dedup();
         }
-        let fresh: Vec<[T; Q]> = wetted.iter().map(|cell| self.mean_equilibrium(*cell)).collect();
+
+        let fresh: Vec<[T; Q]> = wetted.iter().map(|cell| self.wetted(*cell)).collect();
 
         for &cell in &drained {
             let mass = self.liquid_mass(cell);
@@ -246,6 +250,25 @@ impl<T: Real> Grid<T> {
             }
         }
         equilibrium(density / n, velocity.map(|u| u / n))
+    }
+
+    /// What air begins with that becomes interface: the same, but for what goes into the fluid beside it, which is what the air has sent there.
+    fn wetted(&self, cell: Cell) -> [T; Q] {
+        let mut f = self.mean_equilibrium(cell);
+        for (i, (beside, flip)) in (1..Q).zip(self.around(cell)) {
+            let (kinds, bit) = self.kind(beside);
+            if kinds.wet() & bit == 0 {
+                continue;
+            }
+            let left = self.populations(beside);
+            let seen: [T; Q] = std::array::from_fn(|i| left[usize::from(MIRROR[usize::from(flip)][i])]);
+            let (excess, momentum) = density_and_momentum(&seen);
+            let u = DVec3::from(momentum) / (1.0 + excess);
+            // As of air (`stream`).
+            let even = W[i] * (9.0 * vector(i).dot(u).powi(2) - 3.0 * u.length_squared());
+            f[i] = T::from_f64(even) - seen[opposite(i)];
+        }
+        f
     }
 
     /// Gives mass in equal shares to the interface beside a cell, or else to the nearest.

@@ -42,6 +42,31 @@ fn a_slump_ends_the_same_in_fewer_steps() {
     assert!((b.1 / 200.0 - 1.0).abs() < 3e-3, "{b:?}");
 }
 
+/// A pool 50 mm deep that stands by its yield stress, and what else is given in mm along x and z, in cells of 10 mm.
+fn pool(more: &str) -> Box<dyn Simulation> {
+    let text = format!(
+        "[material]\ndensity = \"2300 kg/m3\"\n\
+         [material.bingham]\nyield_stress = \"400 Pa\"\nplastic_viscosity = \"20 Pa.s\"\n\
+         [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"0.3 m\", \"10 mm\", \"0.22 m\"]\n\
+         [domain.sides]\ny_min = \"periodic\"\ny_max = \"periodic\"\n\
+         [[fluid]]\nbox = {{ min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"0.3 m\", \"10 mm\", \"50 mm\"] }}\n\
+         {more}\
+         [lbm]\ncell_size = \"10 mm\"\nstepping = \"adaptive\"\n"
+    );
+    advanced(&case(&text), 0)
+}
+
+#[test]
+fn a_film_high_up_a_wall_does_not_hold_the_step_small() {
+    let film =
+        "[[fluid]]\nbox = { min = [\"0 m\", \"0 m\", \"50 mm\"], max = [\"10 mm\", \"10 mm\", \"0.2 m\"] }\n";
+    let (mut with, alone) = (pool(film), pool(""));
+    assert!(with.time_step() < 0.6 * alone.time_step());
+    until(&mut *with, 1.0);
+    assert!(cells(&*with).fill[cells(&*with).index(0, 0, 18)] > 0.99, "the film stays where it is");
+    assert!(with.time_step() > 0.85 * alone.time_step(), "{} {}", with.time_step(), alone.time_step());
+}
+
 /// How much a quantity changes between two snapshots of the same cells, as a share of all of it.
 fn change(a: &[f64], b: &[f64]) -> f64 {
     let change: f64 = a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum();
