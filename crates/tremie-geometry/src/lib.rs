@@ -17,3 +17,6 @@ pub use body::{Body, Union};
 pub use face::{Face, Outline};
 pub use motion::{Motion, Waypoint};
 pub use shape::{Shape, share};
+
+/// Share of the coordinates around it that a distance from a surface is by rounding: less than that away, nothing tells the normal but the surface.
+const ROUNDING: f64 = 1e-12;

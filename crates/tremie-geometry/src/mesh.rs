@@ -15,6 +15,7 @@ use std::fmt;
 
 use tremie_numerics::{DMat3, DVec3};
 
+use crate::ROUNDING;
 use crate::isosurface::Mesh;
 use crate::tree::Tree;
 
@@ -166,9 +167,10 @@ impl ClosedMesh {
         };
         let away = p - point;
         let sign = if away.dot(outward) < 0.0 { -1.0 } else { 1.0 };
-        // On the surface itself the normal of the facet.
-        let normal = (sign * away).normalize_or(facet.normal);
-        (sign * square.sqrt(), normal)
+        // On the surface itself what points away from it is rounding.
+        let extent = facet.corners.iter().fold(p.abs(), |extent, corner| extent.max(corner.abs()));
+        let normal = if square.sqrt() > ROUNDING * extent.max_element() { sign * away } else { outward };
+        (sign * square.sqrt(), normal.normalize())
     }
 
     /// Where walls are thinner than `thickness` in m: number of facets that have another side so near behind their centre, and
@@ -501,6 +503,28 @@ mod tests {
             let second = ridge.iter().filter(|&&d| (d - distance).abs() < 1e-9).count() > 1;
             let difference = (normal - exact.nearest(p).1).length();
             assert!(second || difference < 1e-9, "{p}: {normal}");
+        }
+    }
+
+    /// So near to a surface, what points to its nearest point is rounding. (Walls of a form from half-way links had normals along them.)
+    #[test]
+    fn on_its_surface_a_mesh_has_the_normal_of_the_facet() {
+        let (min, max) = (DVec3::new(-0.7, -0.4, -1.1), DVec3::new(0.9, 0.3, 0.2));
+        let rotation = DMat3::from_rotation_z(0.3) * DMat3::from_rotation_y(1.1);
+        let boxes = [DMat3::IDENTITY, rotation].map(|r| (r, closed(box_mesh(min, max)).moved(r, DVec3::ONE)));
+        for p in points() {
+            let inside = min + (max - min) * (0.05 + 0.3 * (p + 1.5));
+            for (rotation, mesh) in &boxes {
+                for axis in 0..3 {
+                    for (side, sign) in [(min, -1.0), (max, 1.0)] {
+                        let mut on = inside;
+                        on[axis] = side[axis];
+                        let (distance, normal) = mesh.nearest(*rotation * on + DVec3::ONE);
+                        let exact = *rotation * (sign * DVec3::AXES[axis]);
+                        assert!(distance.abs() < 1e-14 && (normal - exact).length() < 1e-9, "{on}: {normal}");
+                    }
+                }
+            }
         }
     }
 

@@ -2,6 +2,8 @@
 
 use tremie_numerics::{DVec2, DVec3};
 
+use crate::ROUNDING;
+
 /// A closed region of space, in metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
@@ -277,8 +279,9 @@ fn turned(p: DVec3, corners: &[DVec2; 4], edges: usize) -> (f64, DVec3) {
     }
     let distance = least.sqrt();
     let signed = if inside { -distance } else { distance };
-    // On the surface itself the normal of the edge.
-    let normal = if distance > 0.0 { nearest / signed } else { outward };
+    // On the surface itself what points away from it is rounding.
+    let extent = corners.iter().fold(point.abs(), |extent, corner| extent.max(corner.abs()));
+    let normal = if distance > ROUNDING * extent.max_element() { nearest / signed } else { outward };
     let radial = flat.normalize_or(DVec2::X);
     (signed, (radial * normal.x).extend(normal.y))
 }
@@ -378,6 +381,23 @@ mod tests {
         // Leaning: the rim of an end reaches beyond its centre by the radius times the cosine of the slope.
         let leaning = Shape::Bar { start: DVec3::ZERO, end: DVec3::new(0.3, 0.0, 0.4), radius: 0.01 };
         assert!((leaning.bounds().1 - DVec3::new(0.308, 0.01, 0.406)).length() < 1e-12);
+    }
+
+    #[test]
+    fn on_its_surface_a_cone_has_the_normal_of_its_side() {
+        // 50 mm wider at the foot than 300 mm above it.
+        let slope = DVec2::new(0.3, 0.05).normalize();
+        for n in 1..1000 {
+            let part = |root: f64| (f64::from(n) * root).fract();
+            let (height, angle) = (0.3 * (0.01 + 0.98 * part(0.819_172_5)), 2.0 * PI * part(0.671_043_6));
+            let radial = DVec3::new(angle.cos(), angle.sin(), 0.0);
+            let on = radial * (0.1 - height / 6.0) + DVec3::Z * height;
+            let outward = radial * slope.x + DVec3::Z * slope.y;
+            for (shape, exact) in [(EN_CONE, outward), (EN_MOULD, -outward)] {
+                let (distance, normal) = shape.nearest(on);
+                assert!(distance.abs() < 1e-15 && (normal - exact).length() < 1e-9, "{on}: {normal}");
+            }
+        }
     }
 
     #[test]

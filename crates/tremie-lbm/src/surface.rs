@@ -49,6 +49,12 @@ pub(crate) struct Ledger {
     pub(crate) pressed: f64,
 }
 
+/// By how much the density is more than 1, and the velocity without half of the force.
+fn density_and_velocity<T: Real>(f: &[T; Q]) -> (f64, DVec3) {
+    let (excess, momentum) = density_and_momentum(f);
+    (excess, DVec3::from(momentum) / (1.0 + excess))
+}
+
 impl<T: Real> Grid<T> {
     fn kind(&self, (slot, cell): Cell) -> (Kinds, u8) {
         (self.kinds[slot][cell / EDGE], 1 << (cell % EDGE))
@@ -175,7 +181,6 @@ impl<T: Real> Grid<T> {
         }
 
         let fresh: Vec<[T; Q]> = wetted.iter().map(|cell| self.wetted(*cell)).collect();
-
         for &cell in &drained {
             let mass = self.liquid_mass(cell);
             self.set_interface(cell, mass, T::ONE);
@@ -232,41 +237,39 @@ impl<T: Real> Grid<T> {
         }
     }
 
-    /// Equilibrium at the mean density and velocity of the fluid beside a cell.
-    pub(crate) fn mean_equilibrium(&self, cell: Cell) -> [T; Q] {
-        let (mut n, mut density, mut velocity) = (0.0, 0.0, [0.0; 3]);
-        for (beside, flip) in self.around(cell) {
+    /// The fluid beside a cell: where its cells lie, they, and their populations as they are seen from there.
+    fn fluid_around(&self, cell: Cell) -> impl Iterator<Item = (usize, Cell, [T; Q])> + '_ {
+        (1..Q).zip(self.around(cell)).filter_map(|(i, (beside, flip))| {
             let (kinds, bit) = self.kind(beside);
-            if kinds.wet() & bit == 0 {
-                continue;
-            }
-            let f = self.populations(beside);
-            let seen: [T; Q] = std::array::from_fn(|i| f[usize::from(MIRROR[usize::from(flip)][i])]);
-            let (excess, momentum) = density_and_momentum(&seen);
-            n += 1.0;
-            density += excess;
-            for a in 0..3 {
-                velocity[a] += momentum[a] / (1.0 + excess);
-            }
-        }
-        equilibrium(density / n, velocity.map(|u| u / n))
+            (kinds.wet() & bit != 0).then(|| {
+                let f = self.populations(beside);
+                (i, beside, std::array::from_fn(|i| f[usize::from(MIRROR[usize::from(flip)][i])]))
+            })
+        })
     }
 
-    /// What air begins with that becomes interface: the same, but for what goes into the fluid beside it, which is what the air has sent there.
+    /// Equilibrium at the mean density and velocity of the fluid beside a cell.
+    pub(crate) fn mean_equilibrium(&self, cell: Cell) -> [T; Q] {
+        let (mut n, mut density, mut velocity) = (0.0, 0.0, DVec3::ZERO);
+        for (.., f) in self.fluid_around(cell) {
+            let (excess, u) = density_and_velocity(&f);
+            n += 1.0;
+            density += excess;
+            velocity += u;
+        }
+        equilibrium(density / n, (velocity / n).to_array())
+    }
+
+    /// What air begins with that becomes interface: the same, but for what goes into the fluid beside it, which is what the air has sent there
+    /// (module `stream`).
     fn wetted(&self, cell: Cell) -> [T; Q] {
         let mut f = self.mean_equilibrium(cell);
-        for (i, (beside, flip)) in (1..Q).zip(self.around(cell)) {
-            let (kinds, bit) = self.kind(beside);
-            if kinds.wet() & bit == 0 {
-                continue;
-            }
-            let left = self.populations(beside);
-            let seen: [T; Q] = std::array::from_fn(|i| left[usize::from(MIRROR[usize::from(flip)][i])]);
-            let (excess, momentum) = density_and_momentum(&seen);
-            let u = DVec3::from(momentum) / (1.0 + excess);
-            // As of air (`stream`).
-            let even = W[i] * (9.0 * vector(i).dot(u).powi(2) - 3.0 * u.length_squared());
-            f[i] = T::from_f64(even) - seen[opposite(i)];
+        for (i, (slot, beside), left) in self.fluid_around(cell) {
+            let (_, u) = density_and_velocity(&left);
+            let excess = self.tension.as_ref().and_then(|tension| tension.excess(slot));
+            let pressed = excess.map_or(0.0, |excess| excess[(0, beside)].to_f64());
+            let both = W[i] * (9.0 * vector(i).dot(u).powi(2) - 3.0 * u.length_squared() + 2.0 * pressed);
+            f[i] = T::from_f64(both) - left[opposite(i)];
         }
         f
     }
