@@ -18,15 +18,17 @@
 
 use rayon::prelude::*;
 
-use crate::grid::{AT_ONCE, Grid, Kinds};
+use crate::grid::{AT_ONCE, Fill, Grid, Kinds};
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, Q, opposite};
-use crate::real::Real;
-use crate::rows::Rows;
-use crate::source::{Shapes, Source};
+use crate::processor::for_this_processor;
+use crate::real::{Number, Real, larger, smaller};
+use crate::rows::{Beside, Rows, first_of};
+use crate::source::{Shapes, Source, Surroundings};
 use crate::surface::Cell;
 use crate::topology::{CELLS, EDGE, Links, OUTSIDE, ROWS};
 use crate::transport::fluxes;
+use crate::values::Values;
 
 /// Mass in cells below which a cell keeps its values: amounts so small tell none.
 const LEAST: f64 = 1e-6;
@@ -34,14 +36,39 @@ const LEAST: f64 = 1e-6;
 const SHARE: [f64; 2] = [0.0, 1.0];
 const ANY: [f64; 2] = [0.0, f64::INFINITY];
 
+/// A quantity as it is before a step moves it, by slot.
+#[derive(Debug, Clone, Default)]
+struct Told {
+    values: Vec<Box<Fill<f64>>>,
+    /// Along x, y and z, and these as a mirror turns them round.
+    slopes: Vec<Box<Values<f64, 6>>>,
+}
+
+/// Where slopes begin that a mirror has turned round.
+const TURNED: usize = 3;
+
+/// The same around a block.
+#[derive(Clone, Copy)]
+struct Around<'a> {
+    values: Surroundings<'a, f64, 1>,
+    slopes: Surroundings<'a, f64, 6>,
+}
+
+impl Told {
+    fn around<'a>(&'a self, links: &'a Links, slot: usize) -> Around<'a> {
+        Around {
+            values: Surroundings::new(links, &self.values, slot),
+            slopes: Surroundings::new(links, &self.slopes, slot),
+        }
+    }
+}
+
 /// What a block carries; quantity q of a cell is at `q CELLS + cell`.
 #[derive(Debug, Clone, Default, PartialEq)]
 struct Block {
     /// The mass, then each quantity.
     amounts: Vec<f64>,
     values: Vec<f64>,
-    /// Along x, y and z, for each quantity, per cell.
-    slopes: Vec<f64>,
     /// The values of all its fluid, if they are the same everywhere.
     same: Option<Vec<f64>>,
     /// Between which the structure lies in and around each cell; of no length where the fluid has none.
@@ -59,25 +86,32 @@ pub(crate) struct Carried {
     whole: bool,
     /// By slot.
     blocks: Vec<Block>,
+    /// Each quantity as the next step finds it.
+    told: Vec<Told>,
     /// Values of what each inlet brings.
     inflow: Vec<Vec<f64>>,
 }
 
-/// The slope between two differences: their mean, but no more than twice either, and none if they point apart.
-fn limited(a: f64, b: f64) -> f64 {
-    if a * b <= 0.0 { 0.0 } else { (0.5 * (a + b).abs()).min(2.0 * a.abs().min(b.abs())).copysign(a) }
+/// The slopes between two differences: their mean, but no more than twice either, and none if they point apart.
+#[inline(always)]
+fn limited(a: Lanes<f64>, b: Lanes<f64>) -> Lanes<f64> {
+    let (half, two) = (Lanes::splat(0.5), Lanes::splat(2.0));
+    let size = smaller(half * (a + b).abs(), two * smaller(a.abs(), b.abs()));
+    let slope = Lanes::where_greater(a, Lanes::ZERO, size, -size);
+    Lanes::where_greater(a * b, Lanes::ZERO, slope, Lanes::ZERO)
 }
 
 impl Carried {
     /// Shares of so many batches, which are the `whole` fluid or a part of it, and the structure of the fluid if it is `structured`; `inflow` are the values in what each inlet brings.
     pub(crate) fn new(batches: usize, whole: bool, structured: bool, inflow: Vec<Vec<f64>>) -> Self {
         let structure = structured.then_some(batches);
-        Self { count: batches + usize::from(structured), structure, whole, blocks: Vec::new(), inflow }
+        let count = batches + usize::from(structured);
+        Self { count, structure, whole, blocks: Vec::new(), told: vec![Told::default(); count], inflow }
     }
 
     /// Without any fluid.
     pub(crate) fn emptied(&self) -> Self {
-        Self { blocks: Vec::new(), ..self.clone() }
+        Self { blocks: Vec::new(), told: vec![Told::default(); self.count], ..self.clone() }
     }
 
     /// Whether anything is carried.
@@ -91,16 +125,19 @@ impl Carried {
         let block = Block {
             amounts: zeros(self.count + 1),
             values: zeros(self.count),
-            slopes: zeros(3 * self.count),
             same: None,
             bounds: Vec::new(),
         };
         self.blocks.push(block);
+        for told in &mut self.told {
+            told.values.push(bytemuck::allocation::zeroed_box());
+            told.slopes.push(bytemuck::allocation::zeroed_box());
+        }
     }
 
     /// Memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        self.blocks.len() * if self.any() { (5 * self.count + 1) * CELLS * size_of::<f64>() } else { 0 }
+        self.blocks.len() * if self.any() { (9 * self.count + 1) * CELLS * size_of::<f64>() } else { 0 }
     }
 
     /// Value of a quantity in a cell.
@@ -192,22 +229,105 @@ impl Carried {
     }
 }
 
-/// Value that goes over the link along `c` from a donor, whose slopes a mirror between may have turned round, to a taker.
-fn between(blocks: &[Block], donor: Cell, flip: u8, c: [i32; 3], taker: Cell, q: usize) -> f64 {
-    let value = |(slot, cell): Cell| blocks[slot].values[q * CELLS + cell];
-    let (one, other) = (value(donor), value(taker));
-    // So it is in most places.
-    if one == other {
-        return one;
+/// Values that go over the links along the velocity `i` into the cells of a row, from where mass comes from.
+#[inline(always)]
+fn between(told: &Around<'_>, beside: &Beside, first: usize, i: usize, flux: Lanes<f64>) -> Lanes<f64> {
+    let (here, there) = (told.values.own.lanes(0, first), told.values.pull(beside, C[i], 0));
+    let (mut from_here, mut from_there) = (here, there);
+    for a in (0..3).filter(|a| C[i][*a] != 0) {
+        let half = Lanes::splat(0.5 * f64::from(C[i][a]));
+        from_here -= half * told.slopes.own.lanes(a, first);
+        let seen = |flip: u8| a + if flip >> a & 1 == 1 { TURNED } else { 0 };
+        from_there += half * told.slopes.pull_seen(beside, C[i], seen);
     }
-    let mut middle = one;
-    for a in 0..3 {
-        let turned = if flip >> a & 1 == 1 { -c[a] } else { c[a] };
-        if turned != 0 {
-            middle += 0.5 * f64::from(turned) * blocks[donor.0].slopes[(3 * q + a) * CELLS + donor.1];
+    let middle = Lanes::where_greater(flux, Lanes::ZERO, from_there, from_here);
+    smaller(larger(middle, smaller(here, there)), larger(here, there))
+}
+
+/// Adds something to the amounts that lie from one on in the cells of a row.
+#[inline(always)]
+fn add(amounts: &mut [f64], first: usize, more: Lanes<f64>) {
+    for (amount, more) in amounts[first..first + LANES].iter_mut().zip(more.0) {
+        *amount += more;
+    }
+}
+
+/// Moves what goes with the mass that comes into the cells of a row along the velocity `i`.
+#[inline(always)]
+fn pass<T: Real>(
+    told: &[Around<'_>],
+    same: Option<&[f64]>,
+    beside: &Beside,
+    first: usize,
+    i: usize,
+    flux: Lanes<T>,
+    amounts: &mut [f64],
+) {
+    let flux = Lanes([0, 1, 2, 3, 4, 5, 6, 7].map(
+        #[inline(always)]
+        |k: usize| flux.0[k].to_f64(),
+    ));
+    add(amounts, first, flux);
+    for q in 0..told.len() {
+        let value = match same {
+            Some(same) => Lanes::splat(same[q]),
+            None => between(&told[q], beside, first, i, flux),
+        };
+        add(amounts, (q + 1) * CELLS + first, flux * value);
+    }
+}
+
+for_this_processor! {
+    /// Moves what a block carries along with the mass that moves; `same` are the values of all of it and of what is around, if they are the same everywhere.
+    carry_block = carry_block_here<T: Real>(
+        source: &Source<'_, T>,
+        surface: &Shapes<'_, T>,
+        told: &[Around<'_>],
+        same: Option<&[f64]>,
+        rows: &Rows,
+        amounts: &mut [f64]
+    )
+}
+
+#[inline(always)]
+fn carry_block_here<T: Real>(
+    source: &Source<'_, T>,
+    surface: &Shapes<'_, T>,
+    told: &[Around<'_>],
+    same: Option<&[f64]>,
+    rows: &Rows,
+    amounts: &mut [f64],
+) {
+    for row in &rows.bulk {
+        let first = row.first();
+        let f = source.arriving(&row.beside);
+        for i in 1..Q {
+            let flux = f[i] - source.own(opposite(i), first);
+            pass(told, same, &row.beside, first, i, flux, amounts);
         }
     }
-    middle.clamp(one.min(other), one.max(other))
+    for row in &rows.surface {
+        let first = row.first();
+        let f = source.arriving(&row.beside);
+        for i in 1..Q {
+            // Beside liquid there is liquid, interface or solid.
+            let lanes = row.kinds.liquid & !row.solid[i];
+            if lanes != 0 {
+                let flux = (f[i] - source.own(opposite(i), first)).only(lanes);
+                pass(told, same, &row.beside, first, i, flux, amounts);
+            }
+        }
+        if row.kinds.interface != 0 {
+            fluxes(
+                source,
+                surface,
+                row,
+                &f,
+                #[inline(always)]
+                |i, flux| pass(told, same, &row.beside, first, i, flux.only(row.kinds.interface), amounts),
+            );
+        }
+    }
 }
 
 /// The values of all the fluid in a block, if they are the same everywhere.
@@ -218,33 +338,39 @@ fn same_values(values: &[f64], kinds: &[Kinds; ROWS]) -> Option<Vec<f64>> {
     (first..CELLS).filter(wet).all(|cell| of(cell).eq(of(first))).then(|| of(first).copied().collect())
 }
 
-/// Slopes of all values of a block.
-fn find_slopes(blocks: &[Block], kinds: &[[Kinds; ROWS]], links: &Links, slot: usize, slopes: &mut [f64]) {
-    let count = slopes.len() / CELLS / 3;
-    for cell in 0..CELLS {
-        if kinds[slot][cell / EDGE].wet() >> (cell % EDGE) & 1 == 0 {
-            continue;
-        }
-        for a in 0..3 {
-            let beside = |sign: i32| {
-                let mut c = [0; 3];
-                c[a] = sign;
-                let (slot, cell, _) = links.cell(cell, c);
-                let wet = kinds[slot as usize][cell / EDGE].wet() >> (cell % EDGE) & 1 == 1;
-                wet.then_some((slot as usize, cell))
-            };
-            let ends = (beside(-1), beside(1));
-            for q in 0..count {
-                let value = |(slot, cell): Cell| blocks[slot].values[q * CELLS + cell];
-                slopes[(3 * q + a) * CELLS + cell] = match ends {
-                    (Some(low), Some(high)) => {
-                        let here = value((slot, cell));
-                        limited(here - value(low), value(high) - here)
-                    }
-                    _ => 0.0,
-                };
-            }
-        }
+for_this_processor! {
+    /// Finds the slopes of a quantity in a block; none where there is no fluid on either side.
+    find_slopes = find_slopes_here<>(values: &Surroundings<'_, f64, 1>, rows: &Rows, slopes: &mut Values<f64, 6>)
+}
+
+#[inline(always)]
+fn find_slopes_here(values: &Surroundings<'_, f64, 1>, rows: &Rows, slopes: &mut Values<f64, 6>) {
+    for row in &rows.bulk {
+        slopes_of_row(values, &row.beside, row.row, [0xff; 3], slopes);
+    }
+    for row in &rows.surface {
+        // Beside liquid there is liquid, interface or solid.
+        let wet = |i: usize| row.kinds.liquid & !row.solid[i] | row.liquid[i] | row.interface[i];
+        let between = [wet(1) & wet(2), wet(3) & wet(4), wet(5) & wet(6)];
+        slopes_of_row(values, &row.beside, row.row, between, slopes);
+    }
+}
+
+/// The same in a row, along each axis in those cells that lie `between` fluid.
+#[inline(always)]
+fn slopes_of_row(
+    values: &Surroundings<'_, f64, 1>,
+    beside: &Beside,
+    row: u8,
+    between: [u8; 3],
+    slopes: &mut Values<f64, 6>,
+) {
+    let here = values.own.lanes(0, first_of(row));
+    let slopes = slopes.row_mut(usize::from(row));
+    for a in 0..3 {
+        let [low, high] = [values.pull(beside, C[2 * a + 1], 0), values.pull(beside, C[2 * a + 2], 0)];
+        let slope = limited(here - low, high - here).only(between[a]);
+        (slopes[a], slopes[TURNED + a]) = (slope.0, (-slope).0);
     }
 }
 
@@ -280,27 +406,32 @@ impl<T: Real> Grid<T> {
             return;
         }
         let Self { topology, solids, inlets, links, kinds, back, shape, carried, .. } = self;
-        let count = carried.count;
-        carried.blocks.par_iter_mut().zip(&*kinds).skip(2).for_each(|(block, kinds)| {
+        let Carried { blocks, told, .. } = carried;
+        blocks.par_iter_mut().zip(&*kinds).skip(2).for_each(|(block, kinds)| {
             block.same = same_values(&block.values, kinds);
         });
+        let holds = |slot: usize| rows.get(slot).is_some_and(|rows| !rows.is_empty());
         // Most blocks hold one batch only, and so do those around: all that moves has its values.
-        let blocks = &carried.blocks;
         let uniform: Vec<bool> = (0..blocks.len())
             .map(|slot| {
                 let same = &blocks[slot].same;
-                let beside = links[slot].slots.iter().map(|slot| *slot as usize);
-                let mut wet = beside.filter(|slot| rows.get(*slot).is_some_and(|rows| !rows.is_empty()));
-                same.is_some() && wet.all(|slot| blocks[slot].same == *same)
+                let mut beside = links[slot].slots.iter().map(|slot| *slot as usize);
+                same.is_some() && beside.all(|slot| !holds(slot) || blocks[slot].same == *same)
             })
             .collect();
-        let mut slopes: Vec<Vec<f64>> =
-            carried.blocks.iter_mut().map(|block| std::mem::take(&mut block.slopes)).collect();
-        slopes.par_iter_mut().enumerate().skip(2).with_max_len(AT_ONCE).for_each(|(slot, slopes)| {
-            if !uniform[slot] && rows.get(slot).is_some_and(|rows| !rows.is_empty()) {
-                find_slopes(&carried.blocks, kinds, &links[slot], slot, slopes);
-            }
-        });
+        for (q, Told { values, slopes }) in told.iter_mut().enumerate() {
+            values.par_iter_mut().zip(&*blocks).with_min_len(AT_ONCE).for_each(|(values, block)| {
+                let of_block = block.values[q * CELLS..][..CELLS].as_chunks().0;
+                (0..ROWS).for_each(|row| values.row_mut(row)[0] = of_block[row]);
+            });
+            slopes.par_iter_mut().zip(rows).enumerate().skip(2).with_max_len(AT_ONCE).for_each(
+                |(slot, (slopes, rows))| {
+                    if !uniform[slot] && !rows.is_empty() {
+                        find_slopes(&Surroundings::new(&links[slot], values, slot), rows, slopes);
+                    }
+                },
+            );
+        }
         if let Some(q) = carried.structure {
             let of = |slot: usize| find_bounds(&carried.blocks, kinds, &links[slot], slot, q);
             let bounds: Vec<_> =
@@ -309,12 +440,9 @@ impl<T: Real> Grid<T> {
                 block.bounds = bounds;
             }
         }
-        let mut amounts = Vec::with_capacity(carried.blocks.len());
-        for (block, slopes) in carried.blocks.iter_mut().zip(slopes) {
-            block.slopes = slopes;
-            amounts.push(std::mem::take(&mut block.amounts));
-        }
-        let blocks = &carried.blocks;
+        let mut amounts: Vec<Vec<f64>> =
+            carried.blocks.iter_mut().map(|block| std::mem::take(&mut block.amounts)).collect();
+        let Carried { blocks, told, .. } = &*carried;
         amounts.par_iter_mut().zip(rows).enumerate().skip(2).with_max_len(AT_ONCE).for_each(
             |(slot, (amounts, rows))| {
                 if rows.is_empty() {
@@ -323,55 +451,9 @@ impl<T: Real> Grid<T> {
                 let links = &links[slot];
                 let source = Source::new(topology, solids, inlets, links, back, slot);
                 let surface = Shapes::new(links, shape, slot);
-                let same = blocks[slot].same.as_ref().filter(|_| uniform[slot]);
-                let mut pass = |first: usize, lanes: u8, i: usize, flux: Lanes<T>| {
-                    for k in (0..LANES).filter(|k| lanes >> k & 1 == 1) {
-                        let flux = flux.0[k].to_f64();
-                        if flux == 0.0 {
-                            continue;
-                        }
-                        if let Some(same) = same {
-                            amounts[first + k] += flux;
-                            for (q, value) in same.iter().enumerate() {
-                                amounts[(q + 1) * CELLS + first + k] += flux * value;
-                            }
-                            continue;
-                        }
-                        let here = (slot, first + k);
-                        let (there, at, flip) = links.cell(here.1, C[i].map(|c| -c));
-                        let there = (there as usize, at);
-                        amounts[here.1] += flux;
-                        for q in 0..count {
-                            let value = if flux > 0.0 {
-                                between(blocks, there, flip, C[i], here, q)
-                            } else {
-                                between(blocks, here, 0, C[i].map(|c| -c), there, q)
-                            };
-                            amounts[(q + 1) * CELLS + here.1] += flux * value;
-                        }
-                    }
-                };
-                for row in &rows.bulk {
-                    let first = usize::from(row.row) * LANES;
-                    let f = source.arriving(&row.beside);
-                    for i in 1..Q {
-                        pass(first, 0xff, i, f[i] - source.own(opposite(i), first));
-                    }
-                }
-                for row in &rows.surface {
-                    let first = usize::from(row.row) * LANES;
-                    let f = source.arriving(&row.beside);
-                    for i in 1..Q {
-                        // Beside liquid there is liquid, interface or solid.
-                        let lanes = row.kinds.liquid & !row.solid[i];
-                        pass(first, lanes, i, f[i] - source.own(opposite(i), first));
-                    }
-                    if row.kinds.interface != 0 {
-                        fluxes(&source, &surface, row, &f, |i, flux| {
-                            pass(first, row.kinds.interface, i, flux);
-                        });
-                    }
-                }
+                let told: Vec<Around<'_>> = told.iter().map(|told| told.around(links, slot)).collect();
+                let same = blocks[slot].same.as_deref().filter(|_| uniform[slot]);
+                carry_block(&source, &surface, &told, same, rows, amounts);
             },
         );
         for (block, amounts) in carried.blocks.iter_mut().zip(amounts) {

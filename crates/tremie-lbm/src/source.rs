@@ -95,8 +95,14 @@ impl<'a, T: Real, const N: usize> Surroundings<'a, T, N> {
     pub(crate) fn pull(&self, beside: &Beside, c: [i32; 3], number: usize) -> Lanes<T> {
         match self.regular {
             true => self.pull_regular(beside, c, number),
-            false => self.put_together(c, self.parts::<false>(beside, c, |_| number)),
+            false => self.pull_seen(beside, c, |_| number),
         }
+    }
+
+    /// The same of the array that `seen` tells for the mirrors between.
+    #[inline(always)]
+    pub(crate) fn pull_seen(&self, beside: &Beside, c: [i32; 3], seen: impl Fn(u8) -> usize) -> Lanes<T> {
+        self.put_together(c, self.parts::<false>(beside, c, seen))
     }
 
     /// The same where rows go on as in most blocks.
