@@ -194,11 +194,12 @@ fn lifted(context: &Context, speed: Option<f64>) -> anyhow::Result<Lifted> {
         left = above * cells.size.powi(3) * cells.copies() / volume;
     }
     let (next, seen) = (Cell::new(0.0), RefCell::new(t500));
+    let how = speed.map_or("once".into(), |speed| format!("{speed} m/s"));
     let readings = flow.until_rest(|now| {
         seen.borrow_mut().update(now.time, now.spread.map_or(0.0, |spread| spread.max));
         if now.time >= next.get() {
             next.set(now.time + PROGRESS);
-            report::progress(&format!("lift at {speed:?} m/s: {:.1} s", now.time));
+            report::progress(&format!("lift at {how}: {:.1} s", now.time));
         }
     })?;
     let spread = readings.spread.ok_or_else(|| anyhow!("the case has no spread gauge"))?;
