@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::axes::{Scale, TICK, class_colour};
 use super::canvas::{INK, Lettering, Pen};
-use super::field::{Sheet, covered, edge_distance, outlined};
+use super::field::{Edge, Sheet, covered, outlined};
 use super::{Grid, Palette, Picture};
 use crate::Error;
 
@@ -74,12 +74,13 @@ impl EllipseMap<'_> {
     pub fn draw(&self) -> Result<Picture, Error> {
         self.grid.check("height", self.height)?;
         let covered = covered(&self.grid, self.height);
+        let edge = Edge::new(&self.grid, &covered);
         let largest = self.ellipses.iter().map(|ellipse| ellipse.value).fold(0.0, f64::max);
         let scale = Scale::new(0.0, largest, false);
         let mut sheet = Sheet::new(&self.grid);
         sheet.axes.draw_grid(&mut sheet.canvas);
         let body = if self.classes.is_some() { class_colour(0) } else { BODY };
-        sheet.paint(|point, pixel| Some(outlined(body, edge_distance(&self.grid, &covered, point, pixel)?)));
+        sheet.paint(|point, pixel| Some(outlined(body, edge.distance(point, pixel)?)));
         sheet.canvas.clip(Some(sheet.axes.area));
         for ellipse in self.ellipses {
             let points: Vec<[f64; 2]> =

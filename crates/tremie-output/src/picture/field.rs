@@ -81,15 +81,17 @@ impl HeightMap<'_> {
         let [low, high] = self.range.unwrap_or([0.0, f64::from(highest)]);
         let scale = Scale::new(1e3 * low, 1e3 * high, false);
 
+        let edge = Edge::new(&self.grid, &covered);
+
         let mut sheet = Sheet::new(&self.grid);
         sheet.axes.draw_grid(&mut sheet.canvas);
         sheet.paint(|point, pixel| {
-            let edge = edge_distance(&self.grid, &covered, point, pixel)?;
+            let distance = edge.distance(point, pixel)?;
             let (h, slope) = self.grid.sample(&height, point);
             let light = hill_shade(slope);
             let colour =
                 self.palette.at(scale.position(1e3 * h)).map(|c| (f64::from(c) * light).min(255.0) as u8);
-            Some(outlined(colour, edge))
+            Some(outlined(colour, distance))
         });
         sheet.draw_lines(self.lines);
         sheet.draw_circles(self.circles);
@@ -138,19 +140,21 @@ impl Cut<'_> {
         // The fluid is continued into solids, so that it meets them without a gap.
         let smooth_fill = self.grid.fill_gaps(fill, |n| !fill[n].is_nan());
 
+        let edge = Edge::new(&self.grid, &smooth_fill);
+
         let mut sheet = Sheet::new(&self.grid);
         sheet.paint(|point, pixel| {
             if fill[self.grid.nearest(point)].is_nan() {
                 return Some((SOLID, 1.0));
             }
-            let edge = edge_distance(&self.grid, &smooth_fill, point, pixel)?;
+            let distance = edge.distance(point, pixel)?;
             let (value, _) = self.grid.sample(&values, point);
             let colour = match self.classes {
                 Some([_, _]) => class_colour(usize::from(value >= 0.5)),
                 Some(_) => class_colour(self.values[self.grid.nearest(point)] as usize),
                 None => self.palette.at(scale.position(value)),
             };
-            Some(outlined(colour, edge))
+            Some(outlined(colour, distance))
         });
         if self.floor {
             let Area { left, .. } = sheet.axes.area;
@@ -266,12 +270,30 @@ impl Sheet {
     }
 }
 
-/// Distance in pixels from a point inwards to where a share between 0 and 1 passes one half; `None` well outside.
-pub(super) fn edge_distance(grid: &Grid, share: &[f32], point: [f64; 2], pixel: f64) -> Option<f64> {
-    let (value, gradient) = grid.sample(share, point);
-    let slope = (gradient[0] * gradient[0] + gradient[1] * gradient[1]).sqrt() * pixel;
-    let distance = (value - 0.5) / slope.max(1e-9);
-    (distance > -2.0).then_some(distance)
+/// Where a share of cells between 0 and 1 passes one half: the edge of what is shown.
+pub(super) struct Edge<'a> {
+    grid: &'a Grid,
+    share: &'a [f32],
+    /// Cells from anywhere in which all that is seen of the share is the same: most of a picture, inside and out.
+    even: Vec<bool>,
+}
+
+impl<'a> Edge<'a> {
+    pub(super) fn new(grid: &'a Grid, share: &'a [f32]) -> Self {
+        Self { grid, share, even: grid.even(share) }
+    }
+
+    /// Distance in pixels from a point inwards to the edge; `None` well outside.
+    pub(super) fn distance(&self, point: [f64; 2], pixel: f64) -> Option<f64> {
+        let cell = self.grid.nearest(point);
+        let (value, gradient) = match self.even[cell] {
+            true => (f64::from(self.share[cell]), [0.0; 2]),
+            false => self.grid.sample(self.share, point),
+        };
+        let slope = (gradient[0] * gradient[0] + gradient[1] * gradient[1]).sqrt() * pixel;
+        let distance = (value - 0.5) / slope.max(1e-9);
+        (distance > -2.0).then_some(distance)
+    }
 }
 
 /// The colour of a pixel at a distance from the edge of its body, which has a dark outline; and how much it covers.

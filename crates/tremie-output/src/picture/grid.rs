@@ -86,6 +86,19 @@ impl Grid {
         (value, gradient)
     }
 
+    /// Which cells have the same value as all that [`Grid::sample`] looks at from anywhere in them.
+    pub(super) fn even(&self, values: &[f32]) -> Vec<bool> {
+        // Two cells to each side.
+        let same = |n: usize| {
+            let [i, j] = [n % self.cells[0], n / self.cells[0]].map(|at| at as i64);
+            (-2..=2).all(|b| {
+                let row = self.cells[0] * self.cell(1, j + b);
+                (-2..=2).all(|a| values[row + self.cell(0, i + a)] == values[n])
+            })
+        };
+        (0..values.len()).map(same).collect()
+    }
+
     /// Values with the gaps filled from their surroundings, so that a smooth surface can be shown up to the edge of
     /// what is given. Where nothing is near, zero.
     pub(super) fn fill_gaps(&self, values: &[f32], given: impl Fn(usize) -> bool) -> Vec<f32> {
@@ -154,6 +167,21 @@ mod tests {
             assert!((right - left).abs() < 1e-12 && (a + b).abs() < 1e-12, "at {x}");
         }
         assert_eq!(grid.nearest([-2.5, 0.5]), 2);
+    }
+
+    #[test]
+    fn what_is_even_is_sampled_as_it_is() {
+        let grid = Grid { origin: [0.0; 2], spacing: [1.0; 2], cells: [12, 9], mirror: [true, false] };
+        let values: Vec<f32> = (0..108).map(|n| if n % 12 > 7 && n / 12 > 5 { 1.0 } else { 0.25 }).collect();
+        let even = grid.even(&values);
+        assert!(even[0] && even[5 + 12 * 8] && even[11 + 12 * 3] && !even[6 + 12 * 8] && !even[11 + 12 * 4]);
+        for n in (0..108).filter(|n| even[*n]) {
+            for [a, b] in [[0.01, 0.01], [0.01, 0.99], [0.5, 0.5], [0.99, 0.01], [0.99, 0.99]] {
+                let point = [(n % 12) as f64 + a, (n / 12) as f64 + b];
+                let (value, [x, y]) = grid.sample(&values, point);
+                assert!((value - f64::from(values[n])).abs() < 1e-12 && x.abs() < 1e-12 && y.abs() < 1e-12);
+            }
+        }
     }
 
     #[test]
