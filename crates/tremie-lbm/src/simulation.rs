@@ -633,8 +633,8 @@ impl<T: Real> Simulation for FreeSurface<T> {
         Ok(())
     }
 
-    fn snapshot(&self) -> Snapshot {
-        self.take_snapshot()
+    fn see(&self, snapshot: &mut Snapshot) {
+        self.show(snapshot);
     }
 
     fn load(&self) -> Load {

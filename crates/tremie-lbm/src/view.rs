@@ -29,33 +29,11 @@ struct Seen {
 }
 
 impl<T: Real> FreeSurface<T> {
-    pub(crate) fn take_snapshot(&self) -> Snapshot {
+    /// See [`Simulation::see`].
+    pub(crate) fn show(&self, snapshot: &mut Snapshot) {
         let (low, count) = self.wet_box();
-        let total = count.iter().product();
         let size = self.scaling.cell_size;
-        let symmetric = |n: usize| self.case.domain.sides[n] == Side::Symmetry;
-        let mut cells = Cells {
-            origin: self.case.domain.min + size * DVec3::from(low.map(|n| n as f64)),
-            size,
-            count,
-            fill: vec![0.0; total],
-            pressure: vec![0.0; total],
-            velocity: vec![DVec3::ZERO; total],
-            shear_rate: vec![0.0; total],
-            stress: vec![0.0; total],
-            solid: vec![0; total],
-            batches: self.case.batches().iter().map(|name| (name.to_string(), vec![0.0; total])).collect(),
-            structure: self.case.material.thixotropy.map(|_| vec![0.0; total]),
-            cage: (!self.case.cages.is_empty()).then(|| vec![0.0; total]),
-            lying: self.case.fibre_field.map(|field| Lying {
-                form: field.form,
-                share: field.share,
-                tensors: vec![[0.0; 6]; total],
-            }),
-            density: self.scaling.density,
-            domain: [self.case.domain.min, self.case.domain.max],
-            symmetry: [0, 1, 2].map(|a| [symmetric(2 * a), symmetric(2 * a + 1)]),
-        };
+        let mut cells = self.blank(low, count, std::mem::take(&mut snapshot.fluid));
         let mut loads = Loads::new(self.grid.solids.count(), self.case.cages.len());
         let slots: Vec<usize> = self.grid.slots().collect();
         for slots in slots.chunks(LOOKED_AT) {
@@ -77,7 +55,7 @@ impl<T: Real> FreeSurface<T> {
             false => Vec::new(),
         };
         let inclusions = self.suspension.as_ref().map(|suspension| suspension.inclusions.clone());
-        Snapshot {
+        *snapshot = Snapshot {
             time: self.time(),
             fluid: Fluid::Cells(cells),
             inclusions: inclusions.unwrap_or_default(),
@@ -90,7 +68,33 @@ impl<T: Real> FreeSurface<T> {
             batches_out,
             bodies_in: self.passage.came().to_vec(),
             bodies_out: self.passage.left().to_vec(),
-        }
+        };
+    }
+
+    /// A box of cells with nothing in it yet, from the cell `low` on, in the memory of one that is used up.
+    fn blank(&self, low: [usize; 3], count: [usize; 3], Fluid::Cells(used): Fluid) -> Cells {
+        let case = &self.case;
+        let symmetric = |n: usize| case.domain.sides[n] == Side::Symmetry;
+        let mut shares = used.batches.into_iter().map(|(_, shares)| shares);
+        let mut batch = |name: &&str| (name.to_string(), shares.next().unwrap_or_default());
+        let lying = |field: tremie_case::FibreField| Lying {
+            form: field.form,
+            share: field.share,
+            tensors: used.lying.map_or_else(Vec::new, |lying| lying.tensors),
+        };
+        let cells = Cells {
+            origin: case.domain.min + self.scaling.cell_size * DVec3::from(low.map(|n| n as f64)),
+            size: self.scaling.cell_size,
+            batches: case.batches().iter().map(&mut batch).collect(),
+            structure: case.material.thixotropy.map(|_| used.structure.unwrap_or_default()),
+            cage: (!case.cages.is_empty()).then(|| used.cage.unwrap_or_default()),
+            lying: case.fibre_field.map(lying),
+            density: self.scaling.density,
+            domain: [case.domain.min, case.domain.max],
+            symmetry: [0, 1, 2].map(|a| [symmetric(2 * a), symmetric(2 * a + 1)]),
+            ..used
+        };
+        cells.blank(count)
     }
 
     /// What solids bear, and what all else does, in SI units.

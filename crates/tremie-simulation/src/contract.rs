@@ -19,8 +19,15 @@ pub trait Simulation: Send {
     /// [`Breakdown`] where the numbers cannot be trusted any more; the state is then of no further use.
     fn advance(&mut self) -> Result<(), Breakdown>;
 
+    /// What gauges and writers see of the present state, in place of what was seen before, in its memory.
+    fn see(&self, snapshot: &mut Snapshot);
+
     /// What gauges and writers see of the present state.
-    fn snapshot(&self) -> Snapshot;
+    fn snapshot(&self) -> Snapshot {
+        let mut snapshot = Snapshot::default();
+        self.see(&mut snapshot);
+        snapshot
+    }
 
     /// How much there is to compute at present.
     fn load(&self) -> Load;

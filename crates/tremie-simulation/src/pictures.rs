@@ -4,6 +4,7 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
 use tremie_case::Case;
 use tremie_numerics::DMat3;
 use tremie_output::Error;
@@ -21,6 +22,34 @@ use crate::{Cells, Fluid, Snapshot};
 const CUTS: [(Quantity, &str); 3] =
     [(Quantity::Speed, "cut"), (Quantity::Pressure, "pressure"), (Quantity::ShearRate, "shear_rate")];
 
+/// What a picture of a moment shows.
+#[derive(Debug, Clone, Copy)]
+enum Subject {
+    /// The surface from above.
+    Above,
+    /// How fibres lie in a half of the fluid.
+    Lying(Half),
+    /// A quantity in the vertical cut.
+    Cut(Quantity),
+}
+
+/// What pictures of a case show, and the names of their files.
+fn subjects(cells: &Cells, case: &Case) -> Vec<(Subject, &'static str)> {
+    let mut subjects = vec![
+        (Subject::Above, "above"),
+        (Subject::Lying(Half::Lower), "orientation_lower"),
+        (Subject::Lying(Half::Upper), "orientation_upper"),
+    ];
+    if case.fibre_region().is_some() {
+        subjects.push((Subject::Cut(Quantity::ApparentViscosity), "viscosity"));
+    }
+    if !cells.batches.is_empty() {
+        subjects.push((Subject::Cut(Quantity::Batch), "batches"));
+    }
+    subjects.extend(CUTS.map(|(quantity, name)| (Subject::Cut(quantity), name)));
+    subjects
+}
+
 /// Draws the pictures of one moment, at `time` in s.
 pub(crate) fn draw(
     view: &Snapshot,
@@ -31,26 +60,15 @@ pub(crate) fn draw(
 ) -> Result<(), Error> {
     let Fluid::Cells(cells) = &view.fluid;
     let title = format!("{}, t = {time:.2} s", case.title);
-    above(cells, &view.inclusions, case, &title)?
-        .write(&folder.path().join(format!("above_{number:06}.png")))?;
-    for (half, name) in [(Half::Lower, "lower"), (Half::Upper, "upper")] {
-        if let Some(picture) = lying(cells, &view.inclusions, case, half, &title)? {
-            picture.write(&folder.path().join(format!("orientation_{name}_{number:06}.png")))?;
-        }
-    }
-    if case.fibre_region().is_some() {
-        cut(cells, case, Quantity::ApparentViscosity, Frame::Domain, &title)?
-            .write(&folder.path().join(format!("viscosity_{number:06}.png")))?;
-    }
-    if !cells.batches.is_empty() {
-        cut(cells, case, Quantity::Batch, Frame::Domain, &title)?
-            .write(&folder.path().join(format!("batches_{number:06}.png")))?;
-    }
-    for (quantity, name) in CUTS {
-        cut(cells, case, quantity, Frame::Domain, &title)?
-            .write(&folder.path().join(format!("{name}_{number:06}.png")))?;
-    }
-    Ok(())
+    subjects(cells, case).par_iter().try_for_each(|(subject, name)| {
+        let picture = match *subject {
+            Subject::Above => Some(above(cells, &view.inclusions, case, &title)?),
+            Subject::Lying(half) => lying(cells, &view.inclusions, case, half, &title)?,
+            Subject::Cut(quantity) => Some(cut(cells, case, quantity, Frame::Domain, &title)?),
+        };
+        let path = folder.path().join(format!("{name}_{number:06}.png"));
+        picture.map_or(Ok(()), |picture| picture.write(&path))
+    })
 }
 
 /// Names of the pictures of how the form filled, each in the vertical cut and at half the height of the fluid.
@@ -362,7 +380,7 @@ fn vertical(cells: &Cells, case: &Case) -> (usize, f64) {
     let plane = match &case.gauges.spread {
         Some(gauge) => gauge.centre[across],
         None => {
-            let [low, high] = axes[across].span();
+            let [low, high] = axes[across].span(axes[across].extent());
             let inlet = case.inlets.first().map(|inlet| inlet.face.centre[across].clamp(low, high));
             inlet.unwrap_or(0.5 * (low + high))
         }

@@ -75,10 +75,17 @@ impl Axis {
         from..if self.symmetry[1] { 2 * high - low } else { high }
     }
 
-    /// Where these places begin and end, in m.
-    pub(crate) fn span(&self) -> [f64; 2] {
-        let Range { start, end } = self.extent();
-        [self.coordinate(start), self.coordinate(end)]
+    /// Those of them from the first to the last with a cell of the snapshot.
+    fn seen(&self) -> Range<isize> {
+        let ([low, high], whole) = (self.domain, self.extent());
+        let from = if self.symmetry[0] { 2 * low - self.count } else { 0 };
+        let end = if self.symmetry[1] { 2 * high } else { self.count };
+        from.max(whole.start)..end.min(whole.end)
+    }
+
+    /// Where places begin and end, in m.
+    pub(crate) fn span(&self, places: Range<isize>) -> [f64; 2] {
+        [self.coordinate(places.start), self.coordinate(places.end)]
     }
 }
 
@@ -122,8 +129,8 @@ impl Plan {
     pub(crate) fn at(&self, point: DVec2) -> f64 {
         let origin = DVec2::new(self.axes[0].origin, self.axes[1].origin);
         let place = (point - origin) / self.size - 0.5;
-        let (first, t) = (place.floor(), place - place.floor());
-        let (i, j) = (first.x as isize, first.y as isize);
+        let (i, j) = (floor(place.x), floor(place.y));
+        let t = place - DVec2::new(i as f64, j as f64);
         let row = |j| self.column(i, j) * (1.0 - t.x) + self.column(i + 1, j) * t.x;
         row(j) * (1.0 - t.y) + row(j + 1) * t.y
     }
@@ -140,7 +147,17 @@ impl Plan {
 
     /// Lower and upper corner in m of what the whole body, with its mirror images, may cover.
     pub(crate) fn extent(&self) -> [DVec2; 2] {
-        let [x, y] = self.axes.map(|axis| axis.span());
+        self.corners(|axis| axis.extent())
+    }
+
+    /// Lower and upper corner in m of what holds all points but those where the value is 0.
+    pub(crate) fn seen(&self) -> [DVec2; 2] {
+        // As far as to the centres of the columns beyond.
+        self.corners(|axis| axis.seen().start - 1..axis.seen().end + 1)
+    }
+
+    fn corners(&self, places: impl Fn(&Axis) -> Range<isize>) -> [DVec2; 2] {
+        let [x, y] = self.axes.map(|axis| axis.span(places(&axis)));
         [0, 1].map(|s| DVec2::new(x[s], y[s]))
     }
 
@@ -150,6 +167,12 @@ impl Plan {
         let count = [is.len(), js.len()];
         (count, js.flat_map(|j| is.clone().map(move |i| self.column(i, j))).collect())
     }
+}
+
+/// Largest integer not above `x`. (What the library has is a call where the processor is not known.)
+fn floor(x: f64) -> isize {
+    let whole = x as isize;
+    whole - isize::from(whole as f64 > x)
 }
 
 #[cfg(test)]

@@ -127,6 +127,8 @@ struct Run<'a> {
     case: &'a Case,
     folder: &'a RunFolder,
     gauges: Gauges,
+    /// What was seen last, whose memory is used again: taken anew for each reading, it would cost about as much as what is seen in it.
+    view: Snapshot,
     /// How the form fills, if the case asks for it.
     filling: Option<Filling>,
     state: RunState,
@@ -205,6 +207,7 @@ impl<'a> Run<'a> {
             case,
             folder,
             gauges,
+            view,
             filling,
             state,
             series,
@@ -230,7 +233,8 @@ impl<'a> Run<'a> {
         if reading.or(snapshot).or(picture).is_none() && !end {
             return Ok(());
         }
-        let view = simulation.snapshot();
+        let mut view = std::mem::take(&mut self.view);
+        simulation.see(&mut view);
         if end && !view.inclusions.kinds.is_empty() {
             bodies::write_table(&view.inclusions, &self.folder.body_table())?;
         }
@@ -250,6 +254,7 @@ impl<'a> Run<'a> {
             pictures::draw(&view, time, self.case, self.folder, self.state.pictures.count)?;
             self.state.pictures.done(time, interval);
         }
+        self.view = view;
         Ok(())
     }
 

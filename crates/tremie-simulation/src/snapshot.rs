@@ -5,7 +5,7 @@ use tremie_suspension::orientation::tensor_of;
 use tremie_suspension::{Form, Inclusions};
 
 /// The state of a simulation at one moment.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Snapshot {
     /// Simulated time in s.
     pub time: f64,
@@ -148,7 +148,35 @@ impl Lying {
     }
 }
 
+impl Default for Fluid {
+    fn default() -> Self {
+        Self::Cells(Cells::default())
+    }
+}
+
 impl Cells {
+    /// A box of so many cells, in which all of the fields that are here are zero, in the memory that they have.
+    #[must_use]
+    pub fn blank(mut self, count: [usize; 3]) -> Self {
+        fn zero<T: Clone + Default>(values: &mut Vec<T>, number: usize) {
+            values.clear();
+            values.resize(number, T::default());
+        }
+        let number = count.iter().product();
+        self.count = count;
+        let single = [&mut self.fill, &mut self.pressure, &mut self.shear_rate, &mut self.stress];
+        let shares = self.batches.iter_mut().map(|(_, shares)| shares);
+        for values in single.into_iter().chain(&mut self.cage).chain(&mut self.structure).chain(shares) {
+            zero(values, number);
+        }
+        zero(&mut self.velocity, number);
+        zero(&mut self.solid, number);
+        if let Some(lying) = &mut self.lying {
+            zero(&mut lying.tensors, number);
+        }
+        self
+    }
+
     /// The field by which it is known how fibres lie: none if they are among the bodies.
     pub fn field_beside(&self, bodies: &Inclusions) -> Option<&Lying> {
         let followed = bodies.kinds.iter().any(|kind| matches!(kind.form, Form::Fibre { .. }));

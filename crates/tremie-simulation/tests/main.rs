@@ -19,7 +19,7 @@ use tremie_output::state::{Array, State};
 use tremie_rheology::FlowCurve;
 use tremie_simulation::{
     Breakdown, Cells, Checkpoint, EndReason, Fluid, Load, Outcome, Progress, RestoreError, RunError,
-    RunFolder, RunRecord, Simulation, Snapshot, WallLoads, run,
+    RunFolder, RunRecord, Simulation, Snapshot, run,
 };
 
 /// Edge of a cell in m.
@@ -62,6 +62,27 @@ impl Cake {
     fn speed(time: f64) -> f64 {
         (RADII[1] - Self::radius(time)) / RELAXATION
     }
+
+    /// Puts the cake into cells.
+    fn fill(&self, cells: &mut Cells) {
+        let radius = Self::radius(self.time);
+        for k in 0..cells.count[2] {
+            for j in 0..cells.count[1] {
+                for i in 0..cells.count[0] {
+                    let (n, p) = (cells.index(i, j, k), cells.centre(i, j, k));
+                    let r = p.truncate().length();
+                    let layer = (HEIGHT / CELL - k as f64).clamp(0.0, 1.0);
+                    cells.fill[n] = layer * (0.5 + (radius - r) / CELL).clamp(0.0, 1.0);
+                    if cells.fill[n] > 0.0 {
+                        cells.velocity[n] = Self::speed(self.time) / radius * p.with_z(0.0);
+                        cells.shear_rate[n] = if r > 0.05 { 2.0 } else { 0.0 };
+                        cells.stress[n] = 60.0;
+                        cells.pressure[n] = 2300.0 * 9.81 * (HEIGHT - p.z).max(0.0);
+                    }
+                }
+            }
+        }
+    }
 }
 
 impl Simulation for Cake {
@@ -90,73 +111,19 @@ impl Simulation for Cake {
         Ok(())
     }
 
-    fn snapshot(&self) -> Snapshot {
-        let count = [20, 20, 4];
-        let number = count.iter().product();
+    fn see(&self, snapshot: &mut Snapshot) {
         let mut cells = Cells {
             size: CELL,
-            count,
-            fill: vec![0.0; number],
-            pressure: vec![0.0; number],
-            velocity: vec![DVec3::ZERO; number],
-            shear_rate: vec![0.0; number],
-            stress: vec![0.0; number],
-            solid: vec![0; number],
-            cage: None,
             density: 2300.0,
             domain: [DVec3::ZERO, DVec3::new(0.4, 0.4, 0.08)],
             symmetry: [[true, false], [true, false], [false; 2]],
             ..Cells::default()
         };
-        if self.eaten {
-            let Cells { size, density, domain, symmetry, .. } = cells;
-            let nothing = Cells { size, density, domain, symmetry, ..Cells::default() };
-            return Snapshot {
-                time: self.time,
-                inclusions: Default::default(),
-                fluid: Fluid::Cells(nothing),
-                solids: Vec::new(),
-                moved: Vec::new(),
-                cages: Vec::new(),
-                walls: WallLoads::default(),
-                inflow: Vec::new(),
-                outflow: None,
-                batches_out: Vec::new(),
-                bodies_in: Vec::new(),
-                bodies_out: Vec::new(),
-            };
+        if !self.eaten {
+            cells = cells.blank([20, 20, 4]);
+            self.fill(&mut cells);
         }
-        let radius = Self::radius(self.time);
-        for k in 0..count[2] {
-            for j in 0..count[1] {
-                for i in 0..count[0] {
-                    let (n, p) = (cells.index(i, j, k), cells.centre(i, j, k));
-                    let r = p.truncate().length();
-                    let layer = (HEIGHT / CELL - k as f64).clamp(0.0, 1.0);
-                    cells.fill[n] = layer * (0.5 + (radius - r) / CELL).clamp(0.0, 1.0);
-                    if cells.fill[n] > 0.0 {
-                        cells.velocity[n] = Self::speed(self.time) / radius * p.with_z(0.0);
-                        cells.shear_rate[n] = if r > 0.05 { 2.0 } else { 0.0 };
-                        cells.stress[n] = 60.0;
-                        cells.pressure[n] = 2300.0 * 9.81 * (HEIGHT - p.z).max(0.0);
-                    }
-                }
-            }
-        }
-        Snapshot {
-            time: self.time,
-            inclusions: Default::default(),
-            fluid: Fluid::Cells(cells),
-            solids: Vec::new(),
-            moved: Vec::new(),
-            cages: Vec::new(),
-            walls: WallLoads::default(),
-            inflow: Vec::new(),
-            outflow: None,
-            batches_out: Vec::new(),
-            bodies_in: Vec::new(),
-            bodies_out: Vec::new(),
-        }
+        *snapshot = Snapshot { time: self.time, fluid: Fluid::Cells(cells), ..Snapshot::default() };
     }
 
     fn load(&self) -> Load {

@@ -17,7 +17,7 @@ use tremie_case::{Case, Lattice, Side, Textbook};
 use tremie_numerics::DVec3;
 use tremie_output::state::{Array, State};
 use tremie_rheology::FlowCurve;
-use tremie_simulation::{Breakdown, Cells, Fluid, Load, RestoreError, Simulation, Snapshot, WallLoads};
+use tremie_simulation::{Breakdown, Cells, Fluid, Load, RestoreError, Simulation, Snapshot};
 
 use crate::initial::{centre, velocity_at};
 use crate::plan::{Plan, confined_gravity};
@@ -359,7 +359,7 @@ impl<const Q: usize> Simulation for Dense<Q> {
         Ok(())
     }
 
-    fn snapshot(&self) -> Snapshot {
+    fn see(&self, snapshot: &mut Snapshot) {
         let size = self.scaling.cell_size;
         let stress = self.scaling.stress_unit();
         let symmetric = |n: usize| self.case.domain.sides[n] == Side::Symmetry;
@@ -376,29 +376,13 @@ impl<const Q: usize> Simulation for Dense<Q> {
             velocity: all.clone().map(velocity).collect(),
             shear_rate: of(&|seen| seen.shear_rate / self.scaling.time_step),
             stress: of(&|seen| seen.stress * stress),
-            batches: Vec::new(),
             solid: vec![0; self.kinds.len()],
-            structure: None,
-            lying: None,
-            cage: None,
             density: self.scaling.density,
             domain: [self.case.domain.min, self.case.domain.max],
             symmetry: [0, 1, 2].map(|a| [symmetric(2 * a), symmetric(2 * a + 1)]),
+            ..Cells::default()
         };
-        Snapshot {
-            time: self.time(),
-            inclusions: Default::default(),
-            fluid: Fluid::Cells(cells),
-            solids: Vec::new(),
-            moved: Vec::new(),
-            cages: Vec::new(),
-            walls: WallLoads::default(),
-            inflow: Vec::new(),
-            outflow: None,
-            batches_out: Vec::new(),
-            bodies_in: Vec::new(),
-            bodies_out: Vec::new(),
-        }
+        *snapshot = Snapshot { time: self.time(), fluid: Fluid::Cells(cells), ..Snapshot::default() };
     }
 
     fn load(&self) -> Load {

@@ -228,8 +228,12 @@ impl Axes {
 pub(super) fn draw_colour_bar(canvas: &mut Canvas, area: Area, scale: Scale, palette: Palette, label: &str) {
     let Area { left, top, width, height } = area;
     let standing = height > width;
-    canvas.paint(area, |[x, y]| {
-        let t = if standing { (area.bottom() - y) / height } else { (x - left) / width };
+    let [columns, rows] = area.centres();
+    canvas.paint(area, |[column, row]| {
+        let t = match standing {
+            true => (area.bottom() - rows[row]) / height,
+            false => (columns[column] - left) / width,
+        };
         Some((palette.at(t), 1.0))
     });
     canvas.frame(area, FRAME);

@@ -1,5 +1,6 @@
 //! Lines, areas and text on a white sheet; positions in pixels from the upper left corner.
 
+use std::ops::Range;
 use std::sync::LazyLock;
 
 use rayon::prelude::*;
@@ -41,6 +42,16 @@ impl Area {
 
     pub(super) fn bottom(&self) -> f64 {
         self.top + self.height
+    }
+
+    /// Numbers of the columns and of the rows of pixels that it covers.
+    fn pixels(&self) -> [Range<usize>; 2] {
+        [self.left as usize..self.right() as usize, self.top as usize..self.bottom() as usize]
+    }
+
+    /// Where the centres of these columns and rows are.
+    pub(super) fn centres(&self) -> [Vec<f64>; 2] {
+        self.pixels().map(|pixels| pixels.map(|n| n as f64 + 0.5).collect())
     }
 
     pub(super) fn contains(&self, [x, y]: [f64; 2]) -> bool {
@@ -105,15 +116,15 @@ impl Canvas {
         });
     }
 
-    /// Colours each pixel of an area by its centre; the share from 0 to 1 says how much of it is covered.
-    pub(super) fn paint(&mut self, area: Area, colour: impl Fn([f64; 2]) -> Option<(Colour, f64)> + Sync) {
+    /// Colours each pixel of an area by its column and row there; the share from 0 to 1 says how much of it is covered.
+    pub(super) fn paint(&mut self, area: Area, colour: impl Fn([usize; 2]) -> Option<(Colour, f64)> + Sync) {
         let width = self.pixmap.width() as usize;
-        let rows = area.top as usize..area.bottom() as usize;
-        let lines = self.pixmap.data_mut().par_chunks_exact_mut(4 * width).enumerate();
-        lines.filter(|(row, _)| rows.contains(row)).for_each(|(row, line)| {
-            let pixels = line.chunks_exact_mut(4).enumerate();
-            for (column, pixel) in pixels.take(area.right() as usize).skip(area.left as usize) {
-                let Some((colour, share)) = colour([column as f64 + 0.5, row as f64 + 0.5]) else { continue };
+        let [columns, rows] = area.pixels();
+        let lines = self.pixmap.data_mut().par_chunks_exact_mut(4 * width);
+        lines.skip(rows.start).take(rows.len()).enumerate().for_each(|(row, line)| {
+            let pixels = line.chunks_exact_mut(4).skip(columns.start).take(columns.len()).enumerate();
+            for (column, pixel) in pixels {
+                let Some((colour, share)) = colour([column, row]) else { continue };
                 for (old, new) in pixel.iter_mut().zip(colour) {
                     *old = mix(*old, new, share);
                 }

@@ -80,7 +80,7 @@ impl EllipseMap<'_> {
         let mut sheet = Sheet::new(&self.grid);
         sheet.axes.draw_grid(&mut sheet.canvas);
         let body = if self.classes.is_some() { class_colour(0) } else { BODY };
-        sheet.paint(|point, pixel| Some(outlined(body, edge.distance(point, pixel)?)));
+        sheet.paint(&self.grid, |point, pixel| Some(outlined(body, edge.distance(point, pixel)?)));
         sheet.canvas.clip(Some(sheet.axes.area));
         for ellipse in self.ellipses {
             let points: Vec<[f64; 2]> =

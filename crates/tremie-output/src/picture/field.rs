@@ -4,6 +4,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 use super::axes::{Axes, Scale, TICK, class_colour, draw_classes, draw_colour_bar};
 use super::canvas::{Area, Canvas, Colour, INK, Lettering, Pen, mix};
+use super::grid::{Along, Place};
 use super::{Grid, Palette, Picture};
 use crate::Error;
 
@@ -85,7 +86,7 @@ impl HeightMap<'_> {
 
         let mut sheet = Sheet::new(&self.grid);
         sheet.axes.draw_grid(&mut sheet.canvas);
-        sheet.paint(|point, pixel| {
+        sheet.paint(&self.grid, |point, pixel| {
             let distance = edge.distance(point, pixel)?;
             let (h, slope) = self.grid.sample(&height, point);
             let light = hill_shade(slope);
@@ -143,7 +144,7 @@ impl Cut<'_> {
         let edge = Edge::new(&self.grid, &smooth_fill);
 
         let mut sheet = Sheet::new(&self.grid);
-        sheet.paint(|point, pixel| {
+        sheet.paint(&self.grid, |point, pixel| {
             if fill[self.grid.nearest(point)].is_nan() {
                 return Some((SOLID, 1.0));
             }
@@ -208,17 +209,16 @@ impl Sheet {
         }
     }
 
-    /// Colours the pixels by their position and size in metres.
-    pub(super) fn paint(&mut self, colour: impl Fn([f64; 2], f64) -> Option<(Colour, f64)> + Sync) {
+    /// Colours the pixels by what is seen of a grid from their centres, and their size in metres.
+    pub(super) fn paint(&mut self, grid: &Grid, colour: impl Fn(Place, f64) -> Option<(Colour, f64)> + Sync) {
         let Axes { area, x, y } = self.axes;
         let size = 1e-3 * (x.value(1.0) - x.value(0.0)) / area.width;
-        self.canvas.paint(area, |[column, row]| {
-            let point = [
-                1e-3 * x.value((column - area.left) / area.width),
-                1e-3 * y.value((area.bottom() - row) / area.height),
-            ];
-            colour(point, size)
-        });
+        let [columns, rows] = area.centres();
+        let across = |column| grid.along(0, 1e-3 * x.value((column - area.left) / area.width));
+        let up = |row| grid.along(1, 1e-3 * y.value((area.bottom() - row) / area.height));
+        let across: Vec<Along> = columns.into_iter().map(across).collect();
+        let up: Vec<Along> = rows.into_iter().map(up).collect();
+        self.canvas.paint(area, |[column, row]| colour([&across[column], &up[row]], size));
     }
 
     fn draw_lines(&mut self, lines: &[[[f64; 2]; 2]]) {
@@ -284,7 +284,7 @@ impl<'a> Edge<'a> {
     }
 
     /// Distance in pixels from a point inwards to the edge; `None` well outside.
-    pub(super) fn distance(&self, point: [f64; 2], pixel: f64) -> Option<f64> {
+    pub(super) fn distance(&self, point: Place, pixel: f64) -> Option<f64> {
         let cell = self.grid.nearest(point);
         let (value, gradient) = match self.even[cell] {
             true => (f64::from(self.share[cell]), [0.0; 2]),

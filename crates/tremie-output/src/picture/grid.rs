@@ -15,6 +15,21 @@ pub struct Grid {
     pub mirror: [bool; 2],
 }
 
+/// What is seen of the cells of a grid from a coordinate along one axis.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Along {
+    /// Number along the axis of the cell that holds it.
+    nearest: usize,
+    /// Numbers of those that weigh in there.
+    cells: [usize; 4],
+    weights: [f64; 4],
+    /// Slopes of the weights per metre.
+    slopes: [f64; 4],
+}
+
+/// A point by what is seen along both axes: pixels in a row share the one, those in a column the other.
+pub(super) type Place<'a> = [&'a Along; 2];
+
 impl Grid {
     pub(super) fn check(&self, what: &str, values: &[f32]) -> Result<(), Error> {
         let positive = (0..2).all(|d| {
@@ -45,10 +60,22 @@ impl Grid {
         inside.clamp(0, self.cells[axis] as i64 - 1) as usize
     }
 
+    /// What is seen of the cells from a coordinate in metres along an axis.
+    pub(super) fn along(&self, axis: usize, coordinate: f64) -> Along {
+        let offset = (coordinate - self.origin[axis]) / self.spacing[axis];
+        let base = (offset - 0.5).floor();
+        let (weights, slopes) = spline(offset - 0.5 - base);
+        Along {
+            nearest: self.cell(axis, offset.floor() as i64),
+            cells: std::array::from_fn(|n| self.cell(axis, base as i64 + n as i64 - 1)),
+            weights,
+            slopes: slopes.map(|slope| slope / self.spacing[axis]),
+        }
+    }
+
     /// The cell whose area holds a point.
-    pub(super) fn nearest(&self, point: [f64; 2]) -> usize {
-        let [i, j] = [0, 1].map(|d| self.cell(d, floor((point[d] - self.origin[d]) / self.spacing[d])));
-        i + self.cells[0] * j
+    pub(super) fn nearest(&self, [x, y]: Place) -> usize {
+        x.nearest + self.cells[0] * y.nearest
     }
 
     /// The nine cells around and including cell `n`, repeated or mirrored at the border, with binomial weights.
@@ -62,26 +89,19 @@ impl Grid {
     }
 
     /// Value and gradient (per metre) of the cubic B-spline through the cell values at a point.
-    pub(super) fn sample(&self, values: &[f32], point: [f64; 2]) -> (f64, [f64; 2]) {
-        let axes = [0, 1].map(|d| {
-            let offset = (point[d] - self.origin[d]) / self.spacing[d] - 0.5;
-            let base = floor(offset);
-            let (weights, slopes) = spline(offset - base as f64);
-            (std::array::from_fn::<_, 4, _>(|n| self.cell(d, base + n as i64 - 1)), weights, slopes)
-        });
-        let [(columns, wx, sx), (rows, wy, sy)] = &axes;
+    pub(super) fn sample(&self, values: &[f32], [x, y]: Place) -> (f64, [f64; 2]) {
         let (mut value, mut gradient) = (0.0, [0.0; 2]);
         for n in 0..4 {
-            let row = self.cells[0] * rows[n];
+            let row = self.cells[0] * y.cells[n];
             let (mut along, mut slope) = (0.0, 0.0);
             for m in 0..4 {
-                let v = f64::from(values[row + columns[m]]);
-                along += wx[m] * v;
-                slope += sx[m] * v;
+                let v = f64::from(values[row + x.cells[m]]);
+                along += x.weights[m] * v;
+                slope += x.slopes[m] * v;
             }
-            value += wy[n] * along;
-            gradient[0] += wy[n] * slope / self.spacing[0];
-            gradient[1] += sy[n] * along / self.spacing[1];
+            value += y.weights[n] * along;
+            gradient[0] += y.weights[n] * slope;
+            gradient[1] += y.slopes[n] * along;
         }
         (value, gradient)
     }
@@ -125,12 +145,6 @@ impl Grid {
     }
 }
 
-/// Largest integer not above `x`. (What the library has is a call where the processor is not known.)
-fn floor(x: f64) -> i64 {
-    let whole = x as i64;
-    whole - i64::from(whole as f64 > x)
-}
-
 /// Weights and their slopes of the four cells around a point that lies a share `t` past the second of them.
 fn spline(t: f64) -> ([f64; 4], [f64; 4]) {
     let u = 1.0 - t;
@@ -144,12 +158,17 @@ fn spline(t: f64) -> ([f64; 4], [f64; 4]) {
 mod tests {
     use super::*;
 
+    fn sample(grid: &Grid, values: &[f32], point: [f64; 2]) -> (f64, [f64; 2]) {
+        let [x, y] = [0, 1].map(|d| grid.along(d, point[d]));
+        grid.sample(values, [&x, &y])
+    }
+
     #[test]
     fn linear_values_are_shown_as_they_are() {
         let grid = Grid { origin: [-1.0, 2.0], spacing: [0.5, 0.25], cells: [8, 9], mirror: [false; 2] };
         let values: Vec<f32> = (0..72).map(|n| 3.0 * (n % 8) as f32 - 2.0 * (n / 8) as f32).collect();
         for point in [[0.3, 3.1], [1.0, 3.3], [0.75, 3.0]] {
-            let (value, gradient) = grid.sample(&values, point);
+            let (value, gradient) = sample(&grid, &values, point);
             let exact = 3.0 * ((point[0] + 1.0) / 0.5 - 0.5) - 2.0 * ((point[1] - 2.0) / 0.25 - 0.5);
             assert!((value - exact).abs() < 1e-12, "{value} against {exact}");
             assert!((gradient[0] - 6.0).abs() < 1e-12 && (gradient[1] + 8.0).abs() < 1e-12, "{gradient:?}");
@@ -163,10 +182,10 @@ mod tests {
         assert_eq!(grid.extent(0), [-6.0, 6.0]);
         for x in [0.0, 0.2, 0.7, 1.9, 3.3] {
             let ((right, [a, _]), (left, [b, _])) =
-                (grid.sample(&values, [x, 0.5]), grid.sample(&values, [-x, 0.5]));
+                (sample(&grid, &values, [x, 0.5]), sample(&grid, &values, [-x, 0.5]));
             assert!((right - left).abs() < 1e-12 && (a + b).abs() < 1e-12, "at {x}");
         }
-        assert_eq!(grid.nearest([-2.5, 0.5]), 2);
+        assert_eq!(grid.nearest([&grid.along(0, -2.5), &grid.along(1, 0.5)]), 2);
     }
 
     #[test]
@@ -178,7 +197,7 @@ mod tests {
         for n in (0..108).filter(|n| even[*n]) {
             for [a, b] in [[0.01, 0.01], [0.01, 0.99], [0.5, 0.5], [0.99, 0.01], [0.99, 0.99]] {
                 let point = [(n % 12) as f64 + a, (n / 12) as f64 + b];
-                let (value, [x, y]) = grid.sample(&values, point);
+                let (value, [x, y]) = sample(&grid, &values, point);
                 assert!((value - f64::from(values[n])).abs() < 1e-12 && x.abs() < 1e-12 && y.abs() < 1e-12);
             }
         }

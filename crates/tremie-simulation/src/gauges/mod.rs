@@ -411,14 +411,7 @@ impl Gauges {
     pub fn measure(&self, snapshot: &Snapshot) -> Readings {
         let Fluid::Cells(cells) = &snapshot.fluid;
         let height = Plan::height(cells);
-        let sums = Sums::over(cells, self.gravity);
-        let mut speeds: Vec<f64> = cells
-            .fill
-            .par_iter()
-            .zip(&cells.velocity)
-            .filter(|(fill, _)| **fill >= HALF_FULL)
-            .map(|(_, velocity)| velocity.length())
-            .collect();
+        let mut sums = Sums::over(cells, self.gravity);
         let body = cells.size.powi(3) * cells.copies();
         let loads = snapshot.solids.iter().chain(&snapshot.cages);
         Readings {
@@ -426,9 +419,9 @@ impl Gauges {
             spread: self.spread.as_ref().map(|gauge| Spread::measure(cells, &height, gauge.centre)),
             top: height.max(),
             volume: (sums.fill + beside::left(&self.moving, &snapshot.moved, cells)) * body,
-            speed_p50: percentile(&mut speeds, 0.5),
-            speed_p99: percentile(&mut speeds, 0.99),
-            speed_max: percentile(&mut speeds, 1.0),
+            speed_p50: percentile(&mut sums.speeds, 0.5),
+            speed_p99: percentile(&mut sums.speeds, 0.99),
+            speed_max: percentile(&mut sums.speeds, 1.0),
             kinetic_energy: sums.kinetic * cells.density * body,
             potential_energy: sums.potential * cells.density * body,
             yielded_share: if sums.fill > 0.0 { sums.yielded / sums.fill } else { 0.0 },
@@ -485,7 +478,7 @@ fn percentile(values: &mut [f64], share: f64) -> f64 {
 }
 
 /// Sums over all cells, each weighted by the fill.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 struct Sums {
     fill: f64,
     /// Half the square of the speed, in m2/s2.
@@ -495,6 +488,8 @@ struct Sums {
     yielded: f64,
     /// Not a sum: the largest pressure, in Pa.
     pressure: f64,
+    /// Nor these: speeds in m/s of the cells that count for them.
+    speeds: Vec<f64>,
 }
 
 impl Sums {
@@ -512,26 +507,30 @@ impl Sums {
                         if fill <= 0.0 {
                             continue;
                         }
+                        let squared = cells.velocity[n].length_squared();
                         sums.fill += fill;
-                        sums.kinetic += fill * 0.5 * cells.velocity[n].length_squared();
+                        sums.kinetic += fill * 0.5 * squared;
                         sums.potential -= fill * gravity.dot(cells.centre(i, j, k) - cells.domain[0]);
                         if cells.shear_rate[n] > 0.0 {
                             sums.yielded += fill;
                         }
                         if fill >= HALF_FULL {
                             sums.pressure = sums.pressure.max(cells.pressure[n]);
+                            sums.speeds.push(squared.sqrt());
                         }
                     }
                 }
                 sums
             })
             .collect();
-        layers.iter().fold(Self::default(), |sum, layer| Self {
-            fill: sum.fill + layer.fill,
-            kinetic: sum.kinetic + layer.kinetic,
-            potential: sum.potential + layer.potential,
-            yielded: sum.yielded + layer.yielded,
-            pressure: sum.pressure.max(layer.pressure),
+        layers.into_iter().fold(Self::default(), |mut sum, mut layer| {
+            sum.fill += layer.fill;
+            sum.kinetic += layer.kinetic;
+            sum.potential += layer.potential;
+            sum.yielded += layer.yielded;
+            sum.pressure = sum.pressure.max(layer.pressure);
+            sum.speeds.append(&mut layer.speeds);
+            sum
         })
     }
 }
@@ -539,7 +538,6 @@ impl Sums {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::WallLoads;
 
     /// A quarter of a block 0.4 m x 0.2 m x 0.25 m of fluid that turns about the z axis at 1/s; its upper cells are half
     /// full, and one of them is nearly empty and very fast.
@@ -591,20 +589,7 @@ mod tests {
             spread: Some(SpreadGauge { centre: DVec2::ZERO }),
             ..Gauges::default()
         };
-        let mut snapshot = Snapshot {
-            time: 0.5,
-            inclusions: Default::default(),
-            fluid: Fluid::Cells(cells),
-            solids: Vec::new(),
-            moved: Vec::new(),
-            cages: Vec::new(),
-            walls: WallLoads::default(),
-            inflow: Vec::new(),
-            outflow: None,
-            batches_out: Vec::new(),
-            bodies_in: Vec::new(),
-            bodies_out: Vec::new(),
-        };
+        let mut snapshot = Snapshot { time: 0.5, fluid: Fluid::Cells(cells), ..Snapshot::default() };
         let readings = gauges.measure(&snapshot);
         let volume = 0.4 * 0.2 * 0.255;
         assert!(close(readings.volume, volume + 4.0 * 0.01e-6, 1e-12));
@@ -648,20 +633,8 @@ mod tests {
     fn no_fluid_reads_zero() {
         let gauges = Gauges::default();
         let cells = Cells { size: 0.1, domain: [DVec3::ZERO, DVec3::ONE], ..Cells::default() };
-        let readings = gauges.measure(&Snapshot {
-            time: 0.0,
-            inclusions: Default::default(),
-            fluid: Fluid::Cells(cells),
-            solids: Vec::new(),
-            moved: Vec::new(),
-            cages: Vec::new(),
-            walls: WallLoads::default(),
-            inflow: Vec::new(),
-            outflow: None,
-            batches_out: Vec::new(),
-            bodies_in: Vec::new(),
-            bodies_out: Vec::new(),
-        });
+        let readings =
+            gauges.measure(&Snapshot { time: 0.0, fluid: Fluid::Cells(cells), ..Snapshot::default() });
         assert!(readings.columns().iter().all(|(_, value)| *value == 0.0), "{readings:?}");
     }
 

@@ -14,6 +14,7 @@
 
 use std::f64::consts::TAU;
 
+use rayon::prelude::*;
 use tremie_numerics::DVec2;
 
 use crate::Cells;
@@ -43,9 +44,9 @@ impl Spread {
     /// Measures the spread around the vertical axis through `centre` (x, y in m).
     pub(super) fn measure(cells: &Cells, height: &Plan, centre: DVec2) -> Self {
         let cover = Plan::cover(cells);
-        let radii: [f64; RAYS] = std::array::from_fn(|n| {
-            front(&cover, height, centre, DVec2::from_angle(TAU * n as f64 / RAYS as f64))
-        });
+        let radius =
+            |n: usize| front(&cover, height, centre, DVec2::from_angle(TAU * n as f64 / RAYS as f64));
+        let radii: Vec<f64> = (0..RAYS).into_par_iter().map(radius).collect();
         let diameter = |n: usize| radii[n] + radii[n + RAYS / 2];
         Self {
             mean: 2.0 * radii.iter().sum::<f64>() / RAYS as f64,
@@ -95,9 +96,9 @@ fn outermost(plan: &Plan, level: f64, centre: DVec2, direction: DVec2, reach: f6
     if above(reach) {
         return reach;
     }
-    // From outside inwards in steps short enough not to miss a column, then by bisection.
+    // From outside of the fluid inwards in steps short enough not to miss a column, then by bisection.
     let step = 0.25 * plan.size();
-    let mut n = (reach / step).floor();
+    let mut n = (reach.min(self::reach(plan.seen(), centre, direction)) / step).floor();
     while n >= 0.0 && !above(n * step) {
         n -= 1.0;
     }

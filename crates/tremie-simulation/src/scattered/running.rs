@@ -210,7 +210,7 @@ impl<C: Cloud> Simulation for Running<C> {
         Ok(())
     }
 
-    fn snapshot(&self) -> Snapshot {
+    fn see(&self, snapshot: &mut Snapshot) {
         let (known, step) = (self.cloud.known(), self.cloud.time_step());
         let viscosities: Vec<f64> =
             known.shear_rates.iter().map(|rate| self.cloud.viscosity(*rate)).collect();
@@ -227,7 +227,7 @@ impl<C: Cloud> Simulation for Running<C> {
             viscosities: &viscosities,
             left: self.left,
         };
-        nodes.view(&self.cloud.pulls(&viscosities, step))
+        nodes.show(&self.cloud.pulls(&viscosities, step), snapshot);
     }
 
     fn load(&self) -> Load {

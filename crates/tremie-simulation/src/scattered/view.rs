@@ -77,26 +77,21 @@ pub(super) struct Scattered<'a> {
 }
 
 impl Scattered<'_> {
-    /// What there is to see, if walls are pulled so by what is viscous in the fluid.
-    pub(super) fn view(&self, pulls: &[Pull]) -> Snapshot {
-        let cells = self.cells();
+    /// Puts what there is to see, if walls are pulled so by what is viscous in the fluid, in place of what was seen before.
+    pub(super) fn show(&self, pulls: &[Pull], snapshot: &mut Snapshot) {
+        let cells = self.cells(std::mem::take(&mut snapshot.fluid));
         let faces = self.faces(&cells);
         let (solids, sides) = self.loads(&faces, pulls);
         let walls = WallLoads { sides, inlets: Vec::new(), faces };
-        Snapshot {
+        *snapshot = Snapshot {
             time: self.time,
             fluid: Fluid::Cells(cells),
-            inclusions: tremie_suspension::Inclusions::default(),
             solids,
             moved: self.moved(),
-            cages: Vec::new(),
             walls,
-            inflow: Vec::new(),
             outflow: self.case.has_outlets().then(|| self.left as f64 * self.space.spacing.powi(3)),
-            batches_out: Vec::new(),
-            bodies_in: Vec::new(),
-            bodies_out: Vec::new(),
-        }
+            ..Snapshot::default()
+        };
     }
 
     /// How far in m solids are from where they are drawn.
@@ -118,26 +113,20 @@ impl Scattered<'_> {
         self.pressures[of] + weight.dot(off) + 0.5 * self.space.spacing * weight.length()
     }
 
-    /// The cells of the domain with their fluid.
-    fn cells(&self) -> Cells {
+    /// The cells of the domain with their fluid, in the memory of cells that are used up.
+    fn cells(&self, Fluid::Cells(used): Fluid) -> Cells {
         let (space, domain) = (self.space, &self.case.domain);
         let (size, count) = (space.spacing, domain.cells(space.spacing));
         let total = count.iter().product();
-        let mut cells = Cells {
+        let cells = Cells {
             origin: domain.min,
             size,
-            count,
-            fill: vec![0.0; total],
-            pressure: vec![0.0; total],
-            velocity: vec![DVec3::ZERO; total],
-            shear_rate: vec![0.0; total],
-            stress: vec![0.0; total],
-            solid: vec![0; total],
             density: self.case.material.density,
             domain: [domain.min, domain.max],
             symmetry: [0, 1, 2].map(|a| [0, 1].map(|s| domain.sides[2 * a + s] == Side::Symmetry)),
-            ..Cells::default()
+            ..used
         };
+        let mut cells = cells.blank(count);
         let kernel = Smoothing::new(Kernel::Wendland, space.dimension, LENGTH * size);
         let sums = self.sums(&cells, &kernel);
         let slope = slope(&kernel, space.dimension, size);
