@@ -42,4 +42,4 @@ pub use periodic::{Copy, copies};
 pub use sharpen::sharpened;
 pub use space::{Space, Wall};
 pub use surface::at_surface;
-pub use surroundings::{Source, Surroundings};
+pub use surroundings::{Seen, Source, Surroundings};

@@ -41,6 +41,60 @@ impl Source {
     }
 }
 
+/// Particles, and their images behind them.
+pub struct Seen {
+    /// Places in m of particles, images and copies, in this order.
+    pub positions: Vec<DVec3>,
+    /// What each of them has of particles.
+    pub sources: Vec<Source>,
+    /// Images, which follow the particles; copies follow them.
+    pub images: Vec<Image>,
+}
+
+impl Seen {
+    /// What is seen as far as `reach` in m from particles in space at a time in s, of which walls move on in a step of `step` in s.
+    pub fn new(particles: &[DVec3], space: &Space, time: f64, step: f64, reach: f64) -> Self {
+        let (number, one) = (particles.len(), DMat3::IDENTITY);
+        let mut positions = particles.to_vec();
+        let own = |of: usize| Source {
+            of,
+            turn: one,
+            carried: DVec3::ZERO,
+            mirror: one,
+            thrown: DVec3::ZERO,
+            off: DVec3::ZERO,
+            wall: None,
+        };
+        let mut sources: Vec<Source> = (0..number).into_par_iter().with_min_len(64).map(own).collect();
+        let mirrored = images(particles, &space.standing(time), reach);
+        for image in &mirrored {
+            let number = image.wall as usize;
+            let (parent, wall) = (sources[image.of as usize], &space.walls[number]);
+            let velocity = wall.velocity(time - 0.5 * step, step);
+            let seen = |u: DVec3| image.velocity(u, velocity, wall.slip_length);
+            let still = seen(DVec3::ZERO);
+            let turn =
+                DMat3::from_cols(seen(DVec3::X) - still, seen(DVec3::Y) - still, seen(DVec3::Z) - still);
+            let mirror = flipped(image.normal);
+            sources.push(Source {
+                turn: turn * parent.turn,
+                carried: turn * parent.carried + still,
+                mirror: mirror * parent.mirror,
+                thrown: mirror * parent.thrown + 2.0 * velocity.dot(image.normal) * image.normal,
+                off: image.at - particles[parent.of],
+                wall: Some(number),
+                ..parent
+            });
+            positions.push(image.at);
+        }
+        for copy in copies(&positions, space.low, space.high, space.periodic, reach) {
+            sources.push(sources[copy.of as usize]);
+            positions.push(positions[copy.of as usize] + copy.off);
+        }
+        Self { positions, sources, images: mirrored }
+    }
+}
+
 /// Particles, their images behind them, and who is near whom.
 pub struct Surroundings {
     /// A plane or space.
@@ -71,51 +125,15 @@ impl Surroundings {
 
     /// The same as seen with another kernel.
     pub fn with(kernel: Smoothing, particles: &[DVec3], space: &Space, time: f64, step: f64) -> Self {
-        let (reach, number, one) = (kernel.support(), particles.len(), DMat3::IDENTITY);
-        let mut positions = particles.to_vec();
-        let own = |of: usize| Source {
-            of,
-            turn: one,
-            carried: DVec3::ZERO,
-            mirror: one,
-            thrown: DVec3::ZERO,
-            off: DVec3::ZERO,
-            wall: None,
-        };
-        let mut sources: Vec<Source> = (0..number).into_par_iter().with_min_len(64).map(own).collect();
-        let standing = space.standing(time);
-        let mirrored = images(particles, &standing, reach);
-        for image in &mirrored {
-            let number = image.wall as usize;
-            let (parent, wall) = (sources[image.of as usize], &space.walls[number]);
-            let velocity = wall.velocity(time - 0.5 * step, step);
-            let seen = |u: DVec3| image.velocity(u, velocity, wall.slip_length);
-            let still = seen(DVec3::ZERO);
-            let turn =
-                DMat3::from_cols(seen(DVec3::X) - still, seen(DVec3::Y) - still, seen(DVec3::Z) - still);
-            let mirror = flipped(image.normal);
-            sources.push(Source {
-                turn: turn * parent.turn,
-                carried: turn * parent.carried + still,
-                mirror: mirror * parent.mirror,
-                thrown: mirror * parent.thrown + 2.0 * velocity.dot(image.normal) * image.normal,
-                off: image.at - particles[parent.of],
-                wall: Some(number),
-                ..parent
-            });
-            positions.push(image.at);
-        }
-        for copy in copies(&positions, space.low, space.high, space.periodic, reach) {
-            sources.push(sources[copy.of as usize]);
-            positions.push(positions[copy.of as usize] + copy.off);
-        }
+        let (reach, number) = (kernel.support(), particles.len());
+        let Seen { positions, sources, images } = Seen::new(particles, space, time, step, reach);
         let near = Neighbours::of_first(number, &positions, reach);
         let near = match space.walls.iter().any(|wall| wall.hides) {
-            true => visible(&near, &positions, space, &standing, &mirrored, number),
+            true => visible(&near, &positions, space, &space.standing(time), &images, number),
             false => near,
         };
         let (dimension, spacing, volume) = (space.dimension, space.spacing, space.volume());
-        Self { dimension, kernel, spacing, volume, number, positions, sources, images: mirrored, near }
+        Self { dimension, kernel, spacing, volume, number, positions, sources, images, near }
     }
 
     /// Neighbours of a particle, images among them: number, way to it in m, and its source.

@@ -6,8 +6,9 @@
 //!
 //! Particles at the surface have no pressure, but are half a spacing below it: as much fluid weighs on all of them, which is added to what is shown.
 
+use rayon::prelude::*;
 use tremie_case::{Case, Side};
-use tremie_cloud::{Dimension, Kernel, Smoothing, Space, Standing, Surroundings};
+use tremie_cloud::{Dimension, Kernel, Seen, Smoothing, Space, Standing};
 use tremie_numerics::DVec3;
 
 use crate::{Cells, Fluid, Snapshot, SolidLoad, Wall, WallFace, WallLoads};
@@ -29,13 +30,14 @@ fn slope(kernel: &Smoothing, dimension: Dimension, spacing: f64) -> f64 {
     spacing * (0..STEPS).map(at).sum::<f64>()
 }
 
-/// Sums over particles and their images in cells.
-struct Sums {
-    share: Vec<f64>,
-    pressure: Vec<f64>,
-    velocity: Vec<DVec3>,
-    shear_rate: Vec<f64>,
-    stress: Vec<f64>,
+/// Sums over particles and their images in a cell.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sum {
+    share: f64,
+    pressure: f64,
+    velocity: DVec3,
+    shear_rate: f64,
+    stress: f64,
 }
 
 /// A force on a wall.
@@ -113,13 +115,38 @@ impl Scattered<'_> {
         self.pressures[of] + weight.dot(off) + 0.5 * self.space.spacing * weight.length()
     }
 
-    /// The cells of the domain with their fluid, in the memory of cells that are used up.
+    /// First cell and number of cells along each axis of a box around nodes and all that see them, and around solids that meet the domain; none without nodes.
+    fn window(&self, reach: f64, solids: &[&Standing]) -> [[usize; 3]; 2] {
+        let (domain, size) = (&self.case.domain, self.space.spacing);
+        let whole = domain.cells(size);
+        let around = |(low, high): (DVec3, DVec3), at: DVec3| (low + at, high + at);
+        let meets =
+            |(low, high): &(DVec3, DVec3)| low.cmplt(domain.max).all() && high.cmpgt(domain.min).all();
+        let nodes = self.positions.iter().map(|at| around((DVec3::splat(-reach), DVec3::splat(reach)), *at));
+        let solids = solids.iter().map(|solid| around(solid.body.bounds(), solid.offset)).filter(meets);
+        let (low, high) = nodes
+            .chain(solids)
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), (a, b)| (low.min(a), high.max(b)));
+        if self.positions.is_empty() {
+            return [[0; 3]; 2];
+        }
+        let place = |at: f64, axis: usize| (at - domain.min[axis]) / size;
+        let first = [0, 1, 2].map(|axis| (place(low[axis], axis).max(0.0) as usize).min(whole[axis]));
+        let end = [0, 1, 2].map(|axis| (place(high[axis], axis).ceil().max(0.0) as usize).min(whole[axis]));
+        [first, [0, 1, 2].map(|axis| end[axis].saturating_sub(first[axis]))]
+    }
+
+    /// The cells around the fluid, in the memory of cells that are used up.
     fn cells(&self, Fluid::Cells(used): Fluid) -> Cells {
         let (space, domain) = (self.space, &self.case.domain);
-        let (size, count) = (space.spacing, domain.cells(space.spacing));
-        let total = count.iter().product();
+        let size = space.spacing;
+        let kernel = Smoothing::new(Kernel::Wendland, space.dimension, LENGTH * size);
+        let standing = space.standing(self.time);
+        let solids: Vec<&Standing> =
+            standing.iter().zip(&space.walls).filter(|(_, wall)| wall.hides).map(|(at, _)| at).collect();
+        let [first, count] = self.window(kernel.support(), &solids);
         let cells = Cells {
-            origin: domain.min,
+            origin: domain.min + size * DVec3::from(first.map(|n| n as f64)),
             size,
             density: self.case.material.density,
             domain: [domain.min, domain.max],
@@ -127,96 +154,92 @@ impl Scattered<'_> {
             ..used
         };
         let mut cells = cells.blank(count);
-        let kernel = Smoothing::new(Kernel::Wendland, space.dimension, LENGTH * size);
-        let sums = self.sums(&cells, &kernel);
         let slope = slope(&kernel, space.dimension, size);
-        let standing = space.standing(self.time);
-        let solids: Vec<&Standing> =
-            standing.iter().zip(&space.walls).filter(|(_, wall)| wall.hides).map(|(at, _)| at).collect();
         let yield_stress = self.case.material.curve.viscoplastic().map_or(0.0, |law| law.yield_stress);
-        for n in 0..total {
+        for (n, sum) in self.sums(&cells, &kernel, &standing, &solids).iter().enumerate() {
             let at = cells.centre(n % count[0], n / count[0] % count[1], n / (count[0] * count[1]));
             if solids.iter().any(|solid| solid.signed_distance(at) < 0.0) {
                 cells.solid[n] = 1;
                 continue;
             }
-            let fill = (0.5 + (sums.share[n] - 0.5) / slope).min(1.0);
-            if fill < WET || sums.share[n] == 0.0 {
+            let fill = (0.5 + (sum.share - 0.5) / slope).min(1.0);
+            if fill < WET || sum.share == 0.0 {
                 continue;
             }
-            let mean = 1.0 / sums.share[n];
+            let mean = 1.0 / sum.share;
             cells.fill[n] = fill;
-            cells.pressure[n] = mean * sums.pressure[n];
-            cells.velocity[n] = mean * sums.velocity[n];
-            cells.stress[n] = mean * sums.stress[n];
-            cells.shear_rate[n] =
-                if cells.stress[n] > yield_stress { mean * sums.shear_rate[n] } else { 0.0 };
+            cells.pressure[n] = mean * sum.pressure;
+            cells.velocity[n] = mean * sum.velocity;
+            cells.stress[n] = mean * sum.stress;
+            cells.shear_rate[n] = if cells.stress[n] > yield_stress { mean * sum.shear_rate } else { 0.0 };
         }
         cells
     }
 
-    /// Sums over particles, their images and copies in all cells that see them.
-    fn sums(&self, cells: &Cells, kernel: &Smoothing) -> Sums {
-        let space = self.space;
-        let zero = || vec![0.0; cells.fill.len()];
-        let mut sums = Sums {
-            share: zero(),
-            pressure: zero(),
-            velocity: vec![DVec3::ZERO; cells.fill.len()],
-            shear_rate: zero(),
-            stress: zero(),
+    /// Sums over particles, their images and copies in all cells that see them; `solids` are those of the walls, as they are `standing`, that hide what is behind them.
+    fn sums(
+        &self,
+        cells: &Cells,
+        kernel: &Smoothing,
+        standing: &[Standing],
+        solids: &[&Standing],
+    ) -> Vec<Sum> {
+        let (space, volume) = (self.space, self.space.volume());
+        let [nx, ny, nz] = cells.count;
+        let mut sums = vec![Sum::default(); nx * ny * nz];
+        if sums.is_empty() {
+            return sums;
+        }
+        let (number, reach) = (self.positions.len(), kernel.support());
+        let seen = Seen::new(self.positions, space, self.time, self.step, reach);
+        // Which cells along an axis see a place.
+        let range = |at: DVec3, axis: usize| {
+            if space.dimension == Dimension::Two && axis == 1 {
+                return 0..1;
+            }
+            let (place, reach) = ((at[axis] - cells.origin[axis]) / cells.size, reach / cells.size);
+            let low = (place - reach - 0.5).ceil().max(0.0) as usize;
+            low..((place + reach + 0.5).floor().max(0.0) as usize).min(cells.count[axis])
         };
-        let (standing, volume) = (space.standing(self.time), space.volume());
-        let flat = space.dimension == Dimension::Two;
-        let hiding = || standing.iter().zip(&space.walls).filter(|(_, wall)| wall.hides).map(|(at, _)| at);
-        // Cells around a place, and its weight there.
-        let around = |at: DVec3| {
-            let place = (at - cells.origin) / cells.size;
-            let reach = kernel.support() / cells.size;
-            let range = move |axis: usize| {
-                if flat && axis == 1 {
-                    return 0..1;
-                }
-                let low = (place[axis] - reach - 0.5).ceil().max(0.0) as usize;
-                let high = (place[axis] + reach - 0.5).floor() + 1.0;
-                low..(high.max(0.0) as usize).min(cells.count[axis])
-            };
-            range(2)
-                .flat_map(move |k| range(1).flat_map(move |j| range(0).map(move |i| (i, j, k))))
-                .filter_map(move |(i, j, k)| {
-                    let weight = volume * kernel.weight(cells.centre(i, j, k).distance(at));
-                    (weight > 0.0).then(|| (cells.index(i, j, k), cells.centre(i, j, k), weight))
-                })
+        let near = |at: &DVec3| -> Vec<&Standing> {
+            solids.iter().copied().filter(|solid| solid.signed_distance(*at) < reach).collect()
         };
-        let seen = Surroundings::with(*kernel, self.positions, space, self.time, self.step);
-        for (n, (at, source)) in seen.positions.iter().zip(&seen.sources).enumerate() {
-            let of = source.of;
-            let image = n.checked_sub(seen.number).and_then(|image| seen.images.get(image));
-            let near: Vec<&Standing> = match n < seen.number {
-                true => hiding().filter(|wall| wall.signed_distance(*at) < kernel.support()).collect(),
-                false => Vec::new(),
-            };
-            let rate = self.shear_rates[of];
-            let (pressure, stress) = (self.pressure(of, source.off), self.viscosities[of] * rate);
-            let velocity = source.turn * self.velocities[of] + source.carried;
-            for (cell, centre, weight) in around(*at) {
-                let hidden = match image {
+        let near: Vec<Vec<&Standing>> = self.positions.par_iter().map(near).collect();
+        let mut of_layers: Vec<Vec<usize>> = vec![Vec::new(); nz];
+        for (n, at) in seen.positions.iter().enumerate() {
+            of_layers[range(*at, 2)].iter_mut().for_each(|layer| layer.push(n));
+        }
+        sums.par_chunks_mut(nx * ny).zip(&of_layers).enumerate().for_each(|(k, (sums, layer))| {
+            for n in layer {
+                let (at, source) = (seen.positions[*n], &seen.sources[*n]);
+                let of = source.of;
+                let image = n.checked_sub(number).and_then(|image| seen.images.get(image));
+                let hidden = |centre: DVec3| match image {
                     Some(image) => {
                         let wall = image.wall as usize;
                         space.walls[wall].hides && !image.is_seen_from(centre, &standing[wall])
                     }
-                    None => near.iter().any(|wall| wall.blocks(centre, *at)),
+                    None => near.get(*n).is_some_and(|near| near.iter().any(|wall| wall.blocks(centre, at))),
                 };
-                if hidden {
-                    continue;
+                let rate = self.shear_rates[of];
+                let (pressure, stress) = (self.pressure(of, source.off), self.viscosities[of] * rate);
+                let velocity = source.turn * self.velocities[of] + source.carried;
+                for j in range(at, 1) {
+                    for i in range(at, 0) {
+                        let centre = cells.centre(i, j, k);
+                        let weight = volume * kernel.weight(centre.distance(at));
+                        if weight > 0.0 && !hidden(centre) {
+                            let sum = &mut sums[i + nx * j];
+                            sum.share += weight;
+                            sum.pressure += weight * pressure;
+                            sum.velocity += weight * velocity;
+                            sum.shear_rate += weight * rate;
+                            sum.stress += weight * stress;
+                        }
+                    }
                 }
-                sums.share[cell] += weight;
-                sums.pressure[cell] += weight * pressure;
-                sums.velocity[cell] += weight * velocity;
-                sums.shear_rate[cell] += weight * rate;
-                sums.stress[cell] += weight * stress;
             }
-        }
+        });
         sums
     }
 
@@ -225,6 +248,8 @@ impl Scattered<'_> {
         let (domain, size) = (&self.case.domain, cells.size);
         let weight = cells.density * self.case.domain.gravity;
         let [nx, ny, _] = cells.count;
+        let whole = domain.cells(size);
+        let first = ((cells.origin - domain.min) / size).to_array().map(|n| n.round() as usize);
         let standing: Vec<(usize, Standing)> = {
             let all = self.space.standing(self.time).into_iter().zip(self.whose);
             all.filter_map(|(at, whose)| match whose {
@@ -240,10 +265,14 @@ impl Scattered<'_> {
             for side in 0..6 {
                 let (axis, upper) = (side / 2, side % 2 == 1);
                 let out = DVec3::AXES[axis] * if upper { 1.0 } else { -1.0 };
-                let end = if upper { place[axis] + 1 == cells.count[axis] } else { place[axis] == 0 };
-                let wall = if end {
+                let edge = if upper { cells.count[axis] - 1 } else { 0 };
+                let side_of_domain = if upper { whole[axis] - 1 } else { 0 };
+                let wall = if first[axis] + place[axis] == side_of_domain {
                     let bears = matches!(domain.sides[side], Side::Wall { .. } | Side::Symmetry);
                     bears.then_some(Wall::Side(side))
+                } else if place[axis] == edge {
+                    // Beyond the box there are no solids.
+                    None
                 } else {
                     let stride = [1, nx, nx * ny][axis];
                     let beyond = if upper { n + stride } else { n - stride };
