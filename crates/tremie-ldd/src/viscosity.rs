@@ -154,7 +154,8 @@ impl<'a, const D: usize, const M: usize> System<'a, D, M> {
             near.map(move |(n, pair)| (at[n] - at[a], pair, around.image(n), around.of(n)))
         };
         let share = |a: usize| {
-            let stiff: f64 = others(a).map(|(_, pair, ..)| pair.stiff.abs()).sum();
+            // From 0: the sum of nothing is -0, and over that a node by itself would have no mass.
+            let stiff = others(a).fold(0.0, |sum, (_, pair, ..)| sum + pair.stiff.abs());
             if turning { 1.0 - (rate / stiff).min(OLD) } else { 1.0 }
         };
         let shares = around.each(share);

@@ -63,6 +63,24 @@ fn any_number_of_threads_gives_the_same_bits() {
 }
 
 #[test]
+fn what_is_seen_takes_the_place_of_what_was_seen_before() {
+    let one = advanced(&case(&collapse(as_is, "f32", "")), 300);
+    let grows = "thixotropy = { build_up = \"5 Pa/s\" }\n[material.bingham]";
+    let mut other = collapse(as_is, "f32", "").replace("[material.bingham]", grows);
+    other = other.replace("\n[[fluid]]\nsphere", "\nbatch = \"block\"\n[[fluid]]\nsphere");
+    let mut other = advanced(&case(&other), 0);
+    // A large box after a small one and the other way round, with batches and structure and without.
+    let mut seen = one.snapshot();
+    for _ in 0..2 {
+        advance(&mut *other, 200);
+        other.see(&mut seen);
+        assert!(seen == other.snapshot());
+        one.see(&mut seen);
+        assert!(seen == one.snapshot());
+    }
+}
+
+#[test]
 fn a_restored_run_goes_on_to_the_bit() {
     for (precision, stepping) in [("f32", "fixed"), ("f64", "fixed"), ("f32", "adaptive")] {
         let case = case(&stepping_by(stepping, &collapse(as_is, precision, "")));

@@ -156,6 +156,28 @@ fn a_column_collapses_and_keeps_its_volume() {
     assert!(least > 0.5 && fastest(&nodes) < 0.02, "{least} {}", fastest(&nodes));
 }
 
+/// A node that was flung away, which has no neighbours, falls as anything does.
+#[test]
+fn a_node_by_itself_falls_freely() {
+    let curve = FlowCurve::Bingham { yield_stress: 50.0, plastic_viscosity: 1.0 };
+    let mut nodes = tank(Dimension::Two, 0.01, [0.2, 0.05], 0.0, fluid(curve, 1000.0), STEPPING);
+    let above = nodes.positions[0].with_x(0.1).with_z(0.2);
+    nodes.positions.push(above);
+    nodes.velocities.push(DVec3::ZERO);
+    nodes.pressures.push(0.0);
+    nodes.shear_rates.push(0.0);
+    while nodes.time() < 0.1 {
+        nodes.advance().unwrap();
+    }
+    let alone = nodes.positions.iter().zip(&nodes.velocities).max_by(|a, b| a.0.z.total_cmp(&b.0.z));
+    let (at, velocity) = alone.unwrap();
+    let (time, fallen) = (nodes.time(), 0.2 - at.z);
+    assert!((velocity.z / (-9.81 * time) - 1.0).abs() < 1e-6 && velocity.x == 0.0, "{velocity}");
+    // From rest velocities are half a step ahead of places.
+    let after = |more: f64| 0.5 * 9.81 * time * (time + more);
+    assert!(fallen > after(0.0) && fallen < after(1.01 * STEPPING.longest), "{fallen}");
+}
+
 /// A block squeezed by V from both sides between plates along which it slides: as its other sides are free, the stress is the same everywhere, and the pressure 2 mu 2V/H (half of Trouton's viscosity in a plane), at the
 /// surface, too, however stiff the fluid.
 #[test]
