@@ -151,6 +151,10 @@ impl Scattered<'_> {
             density: self.case.material.density,
             domain: [domain.min, domain.max],
             symmetry: [0, 1, 2].map(|a| [0, 1].map(|s| domain.sides[2 * a + s] == Side::Symmetry)),
+            cage: None,
+            batches: Vec::new(),
+            structure: None,
+            lying: None,
             ..used
         };
         let mut cells = cells.blank(count);
