@@ -95,7 +95,7 @@ pub fn run(
         run.write(simulation, false)?;
         if let Some(reason) = run.end(simulation) {
             run.write(simulation, true)?;
-            run.show_filling(simulation)?;
+            run.show_filling()?;
             break reason;
         }
         if interrupt.load(Ordering::Relaxed) {
@@ -360,19 +360,19 @@ impl<'a> Run<'a> {
         Ok(RunError::Breakdown { breakdown, checkpoint: path.is_file().then_some(path) })
     }
 
-    /// Shows how the form has filled.
-    fn show_filling(&self, simulation: &dyn Simulation) -> Result<(), RunError> {
+    /// Shows how the form has filled, by what was seen last.
+    fn show_filling(&self) -> Result<(), RunError> {
         let Some(filling) = &self.filling else { return Ok(()) };
-        let Fluid::Cells(cells) = simulation.snapshot().fluid;
-        let maps = filling.maps(&cells);
-        fields::write_filling(&cells, &maps, self.state.time, &self.folder.filling())?;
-        Ok(pictures::draw_filling(&cells, &maps, self.case, self.folder)?)
+        let Fluid::Cells(cells) = &self.view.fluid;
+        let maps = filling.maps(cells);
+        fields::write_filling(cells, &maps, self.state.time, &self.folder.filling())?;
+        Ok(pictures::draw_filling(cells, &maps, self.case, self.folder)?)
     }
 
-    fn summary(&self, simulation: &dyn Simulation, end_reason: EndReason) -> Summary {
-        let view = simulation.snapshot();
-        let Fluid::Cells(cells) = &view.fluid;
-        let readings = self.gauges.measure(&view);
+    fn summary(&mut self, simulation: &dyn Simulation, end_reason: EndReason) -> Summary {
+        simulation.see(&mut self.view);
+        let Fluid::Cells(cells) = &self.view.fluid;
+        let readings = self.gauges.measure(&self.view);
         let record = self.record(simulation, None);
         let passed = readings.inflow.iter().sum::<f64>() - readings.outflow.unwrap_or(0.0);
         let due = self.state.first_volume + passed;

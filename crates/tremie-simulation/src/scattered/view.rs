@@ -127,13 +127,11 @@ impl Scattered<'_> {
         let (low, high) = nodes
             .chain(solids)
             .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), (a, b)| (low.min(a), high.max(b)));
-        if self.positions.is_empty() {
-            return [[0; 3]; 2];
-        }
         let place = |at: f64, axis: usize| (at - domain.min[axis]) / size;
         let first = [0, 1, 2].map(|axis| (place(low[axis], axis).max(0.0) as usize).min(whole[axis]));
         let end = [0, 1, 2].map(|axis| (place(high[axis], axis).ceil().max(0.0) as usize).min(whole[axis]));
-        [first, [0, 1, 2].map(|axis| end[axis].saturating_sub(first[axis]))]
+        let count = [0, 1, 2].map(|axis| end[axis].saturating_sub(first[axis]));
+        if self.positions.is_empty() || count.contains(&0) { [[0; 3]; 2] } else { [first, count] }
     }
 
     /// The cells around the fluid, in the memory of cells that are used up.
@@ -192,6 +190,7 @@ impl Scattered<'_> {
         let [nx, ny, nz] = cells.count;
         let mut sums = vec![Sum::default(); nx * ny * nz];
         if sums.is_empty() {
+            // Layers of nothing cannot be told apart.
             return sums;
         }
         let (number, reach) = (self.positions.len(), kernel.support());
@@ -202,8 +201,8 @@ impl Scattered<'_> {
                 return 0..1;
             }
             let (place, reach) = ((at[axis] - cells.origin[axis]) / cells.size, reach / cells.size);
-            let low = (place - reach - 0.5).ceil().max(0.0) as usize;
-            low..((place + reach + 0.5).floor().max(0.0) as usize).min(cells.count[axis])
+            let end = ((place + reach + 0.5).floor().max(0.0) as usize).min(cells.count[axis]);
+            ((place - reach - 0.5).ceil().max(0.0) as usize).min(end)..end
         };
         let near = |at: &DVec3| -> Vec<&Standing> {
             solids.iter().copied().filter(|solid| solid.signed_distance(*at) < reach).collect()

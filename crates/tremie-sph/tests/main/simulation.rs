@@ -2,6 +2,7 @@
 
 use tremie_case::Case;
 use tremie_numerics::DVec3;
+use tremie_output::state::Array;
 use tremie_simulation::{Cells, Fluid, Simulation};
 
 /// A cone of concrete in its mould, in a plane; the mould stands as high above the floor as `base` says and is lifted as `path` says.
@@ -85,6 +86,31 @@ fn what_is_seen_takes_the_place_of_what_was_seen_before() {
     // In a box around the fluid and the mould, not in all of the domain, which is 400 mm wide.
     let Fluid::Cells(cells) = seen.fluid;
     assert!(cells.count[0] < 40 && cells.origin.x > -0.2, "{:?} {}", cells.count, cells.origin);
+}
+
+/// Particles that have been flung out of the domain are seen nowhere, and take nobody with them.
+#[test]
+fn what_is_beyond_the_domain_is_not_seen() {
+    let case = cone(r#"["0 mm", "0 mm", "0 mm"]"#, r#"x_min = "symmetry", y_min = "symmetry""#);
+    let mut slump = tremie_sph::simulation(&case);
+    let whole = slump.save();
+    let before = cells(slump.as_ref());
+    let mut flung = |number: usize, at: DVec3| {
+        let mut state = whole.clone();
+        let positions = state.arrays.iter_mut().find(|(name, _)| name == "positions");
+        let Some((_, Array::F64(positions))) = positions else { panic!("no positions") };
+        for of in positions.as_chunks_mut::<3>().0.iter_mut().take(number) {
+            *of = at.to_array();
+        }
+        slump.restore(&state).unwrap();
+        cells(slump.as_ref())
+    };
+    for at in [DVec3::new(0.1, 0.1, 5.0), DVec3::new(-3.0, 0.1, 0.1), DVec3::new(0.1, 0.1, -2.0)] {
+        let volume = |cells: &Cells| cells.fill.iter().sum::<f64>();
+        let lost = volume(&before) - volume(&flung(1, at));
+        assert!((0.0..3.0).contains(&lost), "{lost} cells by one particle at {at}");
+        assert_eq!(volume(&flung(usize::MAX, at)), 0.0);
+    }
 }
 
 /// A mould that stands on the floor holds what is in it, although it is hardly thicker than the particles are apart.
