@@ -1,40 +1,48 @@
-//! Sliding with friction along surfaces that are not along the lattice.
+//! Sliding along surfaces that are not along the lattice.
 //!
 //! There the wall of the links is a staircase, whose steps lie before or behind the surface, and bear different shares of what
-//! drives the fluid. With the distance d_f of the cell from the surface, of unit normal n, the link along c ends at `d = d_f - c.n/2`. In a flow
-//! sheared along the surface, where the fluid slides at v and the cell goes at u, the wall of that link moves with
+//! drives the fluid. With r of the link along c as for surfaces that the fluid sticks to (module `sticking`), in a flow sheared along the surface, of unit normal n, where the fluid slides at v
+//! and the cell goes at u, the wall of that link moves, across n, with
 //!
 //! ```text
-//!     v_c = v (1 - r) + u r        r = d/d_f, at least -v/(u - v), at most 1
+//!     v_c = v (1 - r) + u r
 //! ```
 //!
-//! and under the wall stress tau_w the links of the cell bear along the surface
+//! and under the wall stress tau_w the links of the cell bear along the surface, t being the direction in which the cell goes,
 //!
 //! ```text
 //!     sum over links of (2 (f_opposite - f_at_rest) + 6 w rho c.v_c) c.t = -tau_w a        a = sum over links of 18 w (c.t)^2 c.n
 //! ```
 //!
-//! which is linear in v: with the law v(tau_w) of the surface (module `friction`) it gives v. f_at_rest is what the density, the momentum that the
-//! flow carries along, and the stresses in which rigid fluid stands have in the links. A linear flow over a plane of any slope is so
-//! kept as it is: the staircase is not seen. The limits of r keep a wall from going backwards, and ahead of the fluid, which would be unstable; where the fluid
-//! sticks, the lower leaves the links that end behind the surface half-way. (Beside a plane no link ends farther off it than the cell; on curved surfaces, and at the ends of solids, one may.)
+//! As in `sticking`, u is the velocity with which the populations left the cell where r > 0, and that of the coming collision where r < 0, which is linear in v. So all that
+//! is borne is linear in v: with the law v(tau_w) of the surface (module `friction`), or with tau_w = 0 where there is no friction, it gives v. f_at_rest is what the pressure, the momentum that the
+//! flow carries along the surface, and the stresses in which rigid fluid stands have in the links. A linear flow over a plane of any slope is so
+//! kept as it is: the staircase is not seen, however far the fluid slides.
+//!
+//! A surface that would pull on a cell from which air may part it (module `contact`) lets it go: across n its links move with the velocity for which the sum along n is zero, and the pressure
+//! is none.
 
 use tremie_numerics::{DMat3, DVec3};
 
+use crate::collision::Moments;
 use crate::contact::outer;
 use crate::friction::Friction;
 use crate::lattice::{Q, W, opposite, vector};
 use crate::real::Real;
 use crate::relaxation::Relaxation;
 use crate::solids::Contact;
+use crate::sticking::{Hold, along, drag, share};
 use crate::wall::{FOUND, root};
 
-/// Turns in which the limit of r is found.
-const TURNS: usize = 3;
-/// What keeps the velocity near the fluid's in directions in which hardly a link points.
-const BLIND: f64 = 0.01;
+/// How fast, over the cell's velocity, the fluid may slide: it goes no faster than the cell, but what alternates around that must not slow it on average. (At the surface of the fluid it may not, where
+/// the flow may be anything but sheared along the wall: what is flung against a bar would be driven ever faster.)
+const AHEAD: f64 = 2.0;
+/// Least area across the normal, in twice the weights of links, that tells the pressure.
+const LEAST_FACING: f64 = 0.05;
 /// Least area that tells the stress, in a face of a cell.
 const LEAST_AREA: f64 = 1e-3;
+/// Least share of what the links bear by which it falls as the velocity grows.
+const LEAST_RESPONSE: f64 = 1e-6;
 
 /// The fluid of a cell at a surface.
 pub(crate) struct Sheared<'a> {
@@ -44,18 +52,26 @@ pub(crate) struct Sheared<'a> {
     pub(crate) velocity: DVec3,
 }
 
-/// How the walls of a cell's links move.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Sliding {
-    /// Velocity at the surface.
-    wall: DVec3,
-    /// What the cell's velocity has more, along the surface.
-    beyond: DVec3,
-    /// Least r.
-    least: f64,
-}
-
 impl Sheared<'_> {
+    /// Half of what the flow carries through the link along a velocity in a step and back, as it goes along the surface: what it goes across is the wall's matter.
+    fn carried(&self, contact: &Contact, i: usize) -> f64 {
+        let u = contact.velocity + along(contact, self.velocity - contact.velocity);
+        W[i] * self.density * (4.5 * vector(i).dot(u).powi(2) - 1.5 * u.length_squared())
+    }
+
+    /// Speed at which a cell goes from a surface that would pull on it by the populations `f` that arrive.
+    fn parting(&self, contact: &Contact, f: &[f64; Q]) -> f64 {
+        let n = contact.normal;
+        let (mut pull, mut facing, mut response) = (0.0, 0.0, 0.0);
+        for i in contact.links() {
+            let c = vector(i);
+            pull -= (f[i] + self.leaving[opposite(i)] - 2.0 * self.carried(contact, i)) * c.dot(n);
+            facing += 2.0 * W[i] * c.dot(n);
+            response += 6.0 * W[i] * self.density * c.dot(n).powi(2);
+        }
+        if facing > LEAST_FACING { (pull / response).max(0.0) } else { 0.0 }
+    }
+
     /// The stresses in which rigid fluid stands at the surface: what the last collision left, but for the shear along the surface.
     fn standing<T: Real, R: Relaxation<T>>(&self, normal: DVec3, law: &R) -> DMat3 {
         if law.is_newtonian() {
@@ -76,73 +92,91 @@ impl Sheared<'_> {
     }
 }
 
-/// How the walls of the links of a contact move; `base` is the velocity of the solid, or across it
-/// that which lets the fluid go.
-pub(crate) fn sliding<T: Real, R: Relaxation<T>>(
+/// Lets a cell slide along a surface, without friction or with it: its populations `f` arrive by half-way bounce-back from the surface as it moves, and where
+/// it `parts`, the surface does not pull on it. `moments` are those of the coming collision. The mass that the cell gains.
+pub(crate) fn slide<T: Real, R: Relaxation<T>>(
     contact: &Contact,
     fluid: &Sheared<'_>,
-    base: DVec3,
-    friction: Friction,
+    moments: impl Fn(&[f64; Q]) -> Moments<T> + Copy,
+    friction: Option<Friction>,
+    parts: bool,
     law: &R,
-) -> Sliding {
-    let n = contact.normal;
-    let across = |v: DVec3| v - n * v.dot(n);
-    let u = fluid.velocity;
-    let speed = |stress: f64| friction.speed(T::from_f64(stress), law).to_f64();
-    let ahead = across(u - base);
-    let stands = fluid.standing(n, law);
-    let mut found = Sliding { wall: base, beyond: ahead, least: 0.0 };
-    for _ in 0..TURNS {
-        let (mut traction, mut response) =
-            (-BLIND * ahead, DMat3::from_diagonal(DVec3::splat(BLIND)) + outer(n));
+    f: &mut [f64; Q],
+) -> f64 {
+    let before: f64 = f.iter().sum();
+    let arrived = *f;
+    let most = if parts { 1.0 } else { AHEAD };
+    let rub = |pressure, f: &mut [f64; Q]| rub(contact, fluid, moments, pressure, most, friction, law, f);
+    rub(fluid.density - 1.0, f);
+    let away = if parts { fluid.parting(contact, f) } else { 0.0 };
+    if away > 0.0 {
+        *f = arrived;
         for i in contact.links() {
-            let c = vector(i);
-            let weight = 6.0 * W[i] * fluid.density;
-            let r = found.place(contact, c);
-            let at_rest = W[i] * (fluid.density - 1.0 + 4.5 * c.dot(stands * c))
-                + W[i] * fluid.density * (4.5 * c.dot(u).powi(2) - 1.5 * u.length_squared());
-            let borne = 2.0 * (fluid.leaving[opposite(i)] - at_rest);
-            traction += (borne + weight * c.dot(base + ahead * r)) * across(c);
-            response += weight * (1.0 - r) * outer(across(c));
+            f[i] += 6.0 * W[i] * fluid.density * vector(i).dot(contact.normal) * away;
         }
-        // The velocity for which nothing is borne, and what is borne on the way there.
-        let free = across(response.inverse() * -traction);
-        let most = free.length();
-        if most == 0.0 {
-            break;
-        }
-        let t = free / most;
-        let area: f64 =
-            contact.links().map(|i| 18.0 * W[i] * vector(i).dot(t).powi(2) * vector(i).dot(n)).sum();
-        // What keeps the velocity bears nothing.
-        let [alone, taken] = [t.dot(-traction - BLIND * ahead), t.dot(response * t) - BLIND];
-        let stress = |v: f64| (alone - v * taken).max(0.0) / (fluid.density * area.max(LEAST_AREA));
-        let slid = root(|v| v - speed(stress(v)), [0.0, most], most, FOUND);
-        let left = ahead.dot(t) - slid;
-        let least = if slid == 0.0 {
-            0.0
-        } else if left > slid {
-            -slid / left
-        } else {
-            -1.0
-        };
-        let settled = least == found.least;
-        found = Sliding { wall: base + t * slid, beyond: ahead - t * slid, least };
-        if settled {
-            break;
-        }
+        rub(0.0, f);
     }
-    found
+    f.iter().sum::<f64>() - before
 }
 
-impl Sliding {
-    /// r of the link along `c`.
-    fn place(&self, contact: &Contact, c: DVec3) -> f64 {
-        contact.place(c).clamp(self.least, 1.0)
+/// Lets a cell slide along a surface that holds it otherwise, under a pressure (the density less 1), at `most` so many times as fast as the cell goes.
+fn rub<T: Real, R: Relaxation<T>>(
+    contact: &Contact,
+    fluid: &Sheared<'_>,
+    moments: impl Fn(&[f64; Q]) -> Moments<T>,
+    pressure: f64,
+    most: f64,
+    friction: Option<Friction>,
+    law: &R,
+    f: &mut [f64; Q],
+) {
+    let (n, base, left_at) = (contact.normal, contact.velocity, fluid.velocity);
+    let across = |v: DVec3| along(contact, v);
+    drag(contact, fluid.density, left_at - base, |share| share > 0.0, f);
+    let m = moments(f);
+    // What slides brings the density back to what it was: the momentum is that of so much.
+    let density = fluid.density;
+    let velocity = DVec3::from(m.velocity.map(T::to_f64)) * (m.density.to_f64() / density);
+    let alone = [contact];
+    let hold = Hold::new(&alone);
+    // What the links bear if nothing slides, and by how much less where it does.
+    let still = across(hold.coming(velocity) - base);
+    let stands = fluid.standing(n, law);
+    let (mut traction, mut response) = (DVec3::ZERO, DMat3::ZERO);
+    let (mut held, mut driven) = (DMat3::ZERO, DMat3::ZERO);
+    for i in contact.links() {
+        let (c, weight, r) = (vector(i), 6.0 * W[i] * density, share(contact, vector(i)));
+        let t = across(c);
+        let at_rest = W[i] * (pressure + 4.5 * c.dot(stands * c)) + fluid.carried(contact, i);
+        let held_back = weight * r.min(0.0);
+        traction += (f[i] + fluid.leaving[opposite(i)] - 2.0 * at_rest + held_back * c.dot(still)) * t;
+        response += weight * (1.0 - r) * outer(t);
+        held += held_back * outer(t);
+        driven += DMat3::from_cols(c * t.x, c * t.y, c * t.z) * (6.0 * W[i] * (1.0 - r));
     }
-
-    /// Velocity of the wall of the link along `c`.
-    pub(crate) fn of_link(&self, contact: &Contact, c: DVec3) -> DVec3 {
-        self.wall + self.beyond * self.place(contact, c)
+    response += held * hold.carried(driven);
+    let ahead = across(left_at - base);
+    let speed = ahead.length();
+    let mut slid = DVec3::ZERO;
+    if speed > 0.0 {
+        let t = ahead / speed;
+        let most = most * speed;
+        let [borne, eased] = [-t.dot(traction), t.dot(response * t)];
+        let v = match friction {
+            None => (borne / eased.max(LEAST_RESPONSE)).clamp(0.0, most),
+            Some(friction) => {
+                let area = contact.links().map(|i| (vector(i), 18.0 * W[i]));
+                let area: f64 = area.map(|(c, w)| w * c.dot(t).powi(2) * c.dot(n)).sum();
+                let stress = |v: f64| (borne - v * eased).max(0.0) / (density * area.max(LEAST_AREA));
+                let slides = |stress: f64| friction.speed(T::from_f64(stress), law).to_f64();
+                root(|v| v - slides(stress(v)), [0.0, most], speed, FOUND)
+            }
+        };
+        slid = t * v;
     }
+    for i in contact.links() {
+        let c = vector(i);
+        f[i] += 6.0 * W[i] * density * (1.0 - share(contact, c)) * c.dot(slid);
+    }
+    hold.hold_back(density, hold.coming(velocity + driven * slid), f);
 }

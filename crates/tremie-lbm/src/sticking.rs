@@ -51,7 +51,7 @@ const LEAST_AREA: f64 = 0.1;
 const LEAST_RESPONSE: f64 = 0.01;
 
 /// r of the link along `c`.
-fn share(contact: &Contact, c: DVec3) -> f64 {
+pub(crate) fn share(contact: &Contact, c: DVec3) -> f64 {
     // The plane of a surface that is met in an edge may lie behind the cell.
     if contact.distance < 0.0 {
         return 0.0;
@@ -65,7 +65,7 @@ pub(crate) fn off_half_way(contact: &Contact) -> bool {
 }
 
 /// Part of a vector along a surface.
-fn along(contact: &Contact, v: DVec3) -> DVec3 {
+pub(crate) fn along(contact: &Contact, v: DVec3) -> DVec3 {
     v - contact.normal * v.dot(contact.normal)
 }
 
@@ -95,7 +95,7 @@ pub(crate) fn stick<T: Real, R: Relaxation<T>>(
 }
 
 /// Adds what the links of a contact of which r is such bring, if they are drawn along, or held back, by the velocity `beyond` that of the surface.
-fn drag(contact: &Contact, density: f64, beyond: DVec3, which: fn(f64) -> bool, f: &mut [f64; Q]) {
+pub(crate) fn drag(contact: &Contact, density: f64, beyond: DVec3, which: fn(f64) -> bool, f: &mut [f64; Q]) {
     let beyond = along(contact, beyond);
     for i in contact.links() {
         let (c, share) = (vector(i), share(contact, vector(i)));
@@ -106,7 +106,7 @@ fn drag(contact: &Contact, density: f64, beyond: DVec3, which: fn(f64) -> bool, 
 }
 
 /// What holds a cell back.
-struct Hold<'a> {
+pub(crate) struct Hold<'a> {
     contacts: &'a [&'a Contact],
     /// The matrix of the velocity of the coming collision.
     inverse: DMat3,
@@ -115,7 +115,7 @@ struct Hold<'a> {
 }
 
 impl<'a> Hold<'a> {
-    fn new(contacts: &'a [&'a Contact]) -> Self {
+    pub(crate) fn new(contacts: &'a [&'a Contact]) -> Self {
         let (mut matrix, mut drawn) = (DMat3::IDENTITY, DVec3::ZERO);
         for contact in contacts {
             for i in contact.links() {
@@ -129,12 +129,17 @@ impl<'a> Hold<'a> {
     }
 
     /// Velocity in the coming collision, of a cell that would go at `velocity` if nothing held it back.
-    fn coming(&self, velocity: DVec3) -> DVec3 {
+    pub(crate) fn coming(&self, velocity: DVec3) -> DVec3 {
         self.inverse * (velocity + self.drawn)
     }
 
+    /// What is left of what drives the cell, linear in something, in the coming collision.
+    pub(crate) fn carried(&self, driven: DMat3) -> DMat3 {
+        self.inverse * driven
+    }
+
     /// Holds a cell back that goes at `velocity` in the coming collision.
-    fn hold_back(&self, density: f64, velocity: DVec3, f: &mut [f64; Q]) {
+    pub(crate) fn hold_back(&self, density: f64, velocity: DVec3, f: &mut [f64; Q]) {
         for contact in self.contacts {
             drag(contact, density, velocity - contact.velocity, |share| share < 0.0, f);
         }

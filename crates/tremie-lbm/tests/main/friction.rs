@@ -127,7 +127,7 @@ fn inclined_walls_have_the_slip_length_that_is_asked_for() {
     let across = DVec3::new(-4.0, 0.0, 11.0).normalize();
     let along = DVec3::new(across.z, 0.0, -across.x);
     let drive = 0.01 * along;
-    for slip in [0.5, 2.0] {
+    for slip in [0.125, 0.5, 2.0] {
         let cells = inclined(slip, 5.0, drive, 5000);
         let (mut speed, mut parabola, mut count) = (0.0, 0.0, 0.0);
         for k in 0..cells.count[2] {
@@ -144,7 +144,7 @@ fn inclined_walls_have_the_slip_length_that_is_asked_for() {
         }
         // u = rho a (d (h - d) + l h)/(2 mu)
         let found = (speed / count * 2.0 * 5.0 / (2000.0 * drive.length()) - parabola / count) / 0.1 / 0.004;
-        assert!((found / slip - 1.0).abs() < 0.1, "{found} instead of {slip}");
+        assert!((found / slip - 1.0).abs() < 0.05, "{found} instead of {slip}");
     }
 }
 
@@ -179,4 +179,43 @@ fn mass_is_kept_at_slanted_walls_with_friction() {
     let cells = cells(&*simulation);
     let momentum: DVec3 = cells.velocity.iter().zip(&cells.fill).map(|(u, fill)| *u * *fill).sum();
     assert!(momentum.x > 0.0 && momentum.z.abs() < 0.1 * momentum.x, "{momentum}");
+}
+
+/// A tank is let go above a slope, over a ball, against a bar that leans and a wall.
+#[test]
+fn what_splashes_about_slanted_walls_loses_its_energy() {
+    for surface in ["\"free_slip\"", "{ navier = { slip_length = \"2 mm\" } }", FILM] {
+        let text = format!(
+            "[material]\ndensity = \"2300 kg/m3\"\nnewtonian.viscosity = \"5 Pa s\"\n\
+             [domain]\nmin = [\"0 m\", \"0 m\", \"0 m\"]\nmax = [\"400 mm\", \"100 mm\", \"300 mm\"]\n\
+             sides = {{ y_min = \"symmetry\", y_max = \"symmetry\" }}\n\
+             [[fluid]]\nbox = {{ min = [\"0 m\", \"0 m\", \"60 mm\"], max = [\"120 mm\", \"100 mm\", \"250 mm\"] }}\n\
+             [[solid]]\nsurface = {surface}\nplane = {{ point = [\"0 m\", \"0 m\", \"60 mm\"], normal = [0.3, 0, 1] }}\n\
+             [[solid]]\nsurface = {surface}\nsphere = {{ centre = [\"220 mm\", \"50 mm\", \"20 mm\"], diameter = \"70 mm\" }}\n\
+             [[solid]]\nsurface = {surface}\n\
+             cylinder = {{ point = [\"290 mm\", \"50 mm\", \"100 mm\"], axis = [-0.1, 0.1, 1], diameter = \"30 mm\" }}\n\
+             [lbm]\ncell_size = \"10 mm\"\n"
+        );
+        let mut simulation = tremie_lbm::simulation(&case(&text));
+        // Kinetic and potential, over the density and the volume of a cell.
+        let energy = |cells: &tremie_simulation::Cells| -> f64 {
+            let mut sum = 0.0;
+            for k in 0..cells.count[2] {
+                for j in 0..cells.count[1] {
+                    for i in 0..cells.count[0] {
+                        let n = cells.index(i, j, k);
+                        let u = cells.velocity[n];
+                        sum += cells.fill[n] * (0.5 * u.length_squared() + 9.81 * cells.centre(i, j, k).z);
+                    }
+                }
+            }
+            sum
+        };
+        let before = energy(&cells(&*simulation));
+        while simulation.time() < 0.6 {
+            crate::advance(&mut *simulation, 1);
+        }
+        let after = energy(&cells(&*simulation));
+        assert!(after < 0.5 * before, "{surface}: {after} of {before}");
+    }
 }
