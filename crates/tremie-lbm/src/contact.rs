@@ -124,9 +124,7 @@ impl<T: Real> Source<'_, T> {
                     let entering = contact.links().map(|i| (i, leaving[opposite(i)]));
                     // In an edge with another wall the fluid does not slide towards that.
                     let shut = |a: usize| (row.solid[2 * a + 1] | row.solid[2 * a + 2]) >> k & 1 == 1;
-                    let open = DVec3::from(
-                        [0, 1, 2].map(|a| f64::from(u8::from(!contact.along_lattice() || !shut(a)))),
-                    );
+                    let open = DVec3::from([0, 1, 2].map(|a| f64::from(u8::from(!shut(a)))));
                     wall =
                         sliding(contact, velocity, density, self.parts(contact, interface), open, entering);
                 }
