@@ -7,7 +7,7 @@
 //!     f_i = f_opposite + 6 w_i rho c_i . v
 //! ```
 //!
-//! Where the fluid sticks, v is the solid's velocity u_s, and what the surface's place between the cells asks for comes on top (module `sticking`). Where it slides along a surface that is along the lattice, v keeps the solid's velocity along the normal n, and
+//! Where the fluid sticks, v is the solid's velocity u_s, and what the surface's place between the cells asks for comes on top (module `sticking`). Where it slides, v keeps the solid's velocity along the true normal n of the surface, and
 //! takes that along it for which the wall bears no shear: each cell's links bear what a pressure p would, with the part of the populations left out
 //! by which the flow carries itself along,
 //!
@@ -16,9 +16,9 @@
 //! ```
 //!
 //! p is the pressure along n that the same sum asks for; in a fluid at rest the density's, in one that stands by its yield stress not.
-//! Where it slides with friction, the wall bears shear, which is left to module `friction`. Sliding along all other surfaces, with friction or without, is told by `slanted`.
+//! Where it slides with friction, the wall bears shear: on surfaces along the lattice that is left to module `friction`, on others to `slanted`.
 //!
-//! On a flat wall along the lattice the populations are mirrored instead, where nothing is in the way: they come with the normal velocity turned from the cell beside that they left towards
+//! On a flat wall along the lattice the populations are mirrored instead: they come with the normal velocity turned from the cell beside that they left towards
 //! the wall, so that the pressure along the wall drives the cells at it as all others. Elsewhere
 //! the wall is a staircase, and mirroring would catch the flow at every step: here mass goes into the steps that face the flow and comes
 //! back out of the others, and what a wall seen from afar has smooth, stays smooth. A sliding wall does not pull on an interface cell, nor, if it recedes and
@@ -40,6 +40,7 @@ use std::borrow::Cow;
 use tremie_numerics::{DMat3, DVec3};
 
 use crate::collision::{Held, moments};
+use crate::friction::Friction;
 use crate::grid::Fill;
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::{C, MIRROR, Q, W, opposite, vector};
@@ -114,17 +115,18 @@ impl<T: Real> Source<'_, T> {
             let velocity = momentum / density - 0.5 * (filled * gravity + push);
             for contact in touching.iter().flatten() {
                 let (mut wall, mut sweeps) = (contact.velocity, contact.velocity);
-                let aslant = self.slides_aslant(contact);
-                if contact.slides || aslant {
+                if contact.slides || self.rubs(contact).is_some() {
                     slides = true;
                     // A wall that goes along itself sweeps nothing, though not all links that would tell may come out of it.
                     sweeps = contact.normal * contact.velocity.dot(contact.normal);
                 }
-                if contact.slides && !aslant {
+                if contact.slides {
                     let entering = contact.links().map(|i| (i, leaving[opposite(i)]));
                     // In an edge with another wall the fluid does not slide towards that.
                     let shut = |a: usize| (row.solid[2 * a + 1] | row.solid[2 * a + 2]) >> k & 1 == 1;
-                    let open = DVec3::from([0, 1, 2].map(|a| f64::from(u8::from(!shut(a)))));
+                    let open = DVec3::from(
+                        [0, 1, 2].map(|a| f64::from(u8::from(!contact.along_lattice() || !shut(a)))),
+                    );
                     wall =
                         sliding(contact, velocity, density, self.parts(contact, interface), open, entering);
                 }
@@ -160,15 +162,15 @@ impl<T: Real> Source<'_, T> {
                     slid -= gained - by_motion - along;
                 }
             }
-            if touching.iter().flatten().any(|contact| contact.held || self.slides_aslant(contact)) {
+            if touching.iter().flatten().any(|contact| contact.held || self.rubs(contact).is_some()) {
                 slides = true;
                 let law = physics.law.cell(&own.law, k);
                 let drive = physics.drive(own, k);
                 let moments = |f: &[f64; Q]| moments(&f.map(T::from_f64), held.of(k), drive);
                 let mut arrived = std::array::from_fn(|i| f[i].0[k].to_f64());
                 let fluid = Sheared { leaving: &leaving, density, velocity };
-                for contact in touching.iter().flatten().filter(|contact| self.slides_aslant(contact)) {
-                    let friction = self.solids.friction(contact.solid);
+                for contact in touching.iter().flatten() {
+                    let Some(friction) = self.rubs(contact) else { continue };
                     let parts = self.parts(contact, interface);
                     slid -= slanted::slide(contact, &fluid, moments, friction, parts, &law, &mut arrived);
                 }
@@ -200,9 +202,9 @@ impl<T: Real> Source<'_, T> {
         yields
     }
 
-    /// Whether the fluid slides along a surface, with or without friction, that is not along the lattice.
-    fn slides_aslant(&self, contact: &Contact) -> bool {
-        !contact.along_lattice() && (contact.slides || self.solids.friction(contact.solid).is_some())
+    /// Friction of a surface that is not along the lattice.
+    fn rubs(&self, contact: &Contact) -> Option<Friction> {
+        self.solids.friction(contact.solid).filter(|_| !contact.along_lattice())
     }
 
     /// Whether air comes in between a surface and a cell, rather than that it pulls on it: from the surface of the fluid, and behind a wall that recedes.

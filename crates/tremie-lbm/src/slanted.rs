@@ -1,4 +1,4 @@
-//! Sliding along surfaces that are not along the lattice.
+//! Sliding with friction along surfaces that are not along the lattice.
 //!
 //! There the wall of the links is a staircase, whose steps lie before or behind the surface, and bear different shares of what
 //! drives the fluid. With r of the link along c as for surfaces that the fluid sticks to (module `sticking`), in a flow sheared along the surface, of unit normal n, where the fluid slides at v
@@ -11,13 +11,18 @@
 //! and under the wall stress tau_w the links of the cell bear along the surface, t being the direction in which the cell goes,
 //!
 //! ```text
-//!     sum over links of (2 (f_opposite - f_at_rest) + 6 w rho c.v_c) c.t = -tau_w a        a = sum over links of 18 w (c.t)^2 c.n
+//!     sum over links of (2 (f_opposite - f_carried) + 6 w rho c.v_c - 2 w p) c.t = -tau_w a        a = sum over links of 18 w (c.t)^2 c.n
 //! ```
 //!
 //! As in `sticking`, u is the velocity with which the populations left the cell where r > 0, and that of the coming collision where r < 0, which is linear in v. So all that
-//! is borne is linear in v: with the law v(tau_w) of the surface (module `friction`), or with tau_w = 0 where there is no friction, it gives v. f_at_rest is what the pressure, the momentum that the
-//! flow carries along the surface, and the stresses in which rigid fluid stands have in the links. A linear flow over a plane of any slope is so
-//! kept as it is: the staircase is not seen, however far the fluid slides.
+//! is borne is linear in v: with the law v(tau_w) of the surface (module `friction`) it gives v. f_carried is the momentum that the flow carries along the surface. p is the
+//! density's pressure; but rigid fluid stands in stresses of any kind, and p is what the links bear along n there, where the shear has a part in it too:
+//!
+//! ```text
+//!     p sum over links of 2 w c.n = (sum over links of (2 (f_opposite - f_carried) + 6 w rho c.v_c) c.n) + tau_w sum over links of 18 w c.t (c.n)^2
+//! ```
+//!
+//! A linear flow over a plane of any slope is so kept as it is: the staircase is not seen, however far the fluid slides.
 //!
 //! A surface that would pull on a cell from which air may part it (module `contact`) lets it go: across n its links move with the velocity for which the sum along n is zero, and the pressure
 //! is none.
@@ -41,8 +46,6 @@ const AHEAD: f64 = 2.0;
 const LEAST_FACING: f64 = 0.05;
 /// Least area that tells the stress, in a face of a cell.
 const LEAST_AREA: f64 = 1e-3;
-/// Least share of what the links bear by which it falls as the velocity grows.
-const LEAST_RESPONSE: f64 = 1e-6;
 
 /// The fluid of a cell at a surface.
 pub(crate) struct Sheared<'a> {
@@ -72,10 +75,10 @@ impl Sheared<'_> {
         if facing > LEAST_FACING { (pull / response).max(0.0) } else { 0.0 }
     }
 
-    /// The stresses in which rigid fluid stands at the surface: what the last collision left, but for the shear along the surface.
-    fn standing<T: Real, R: Relaxation<T>>(&self, normal: DVec3, law: &R) -> DMat3 {
+    /// What share of the stress that rigid fluid would keep the fluid kept in the last collision.
+    fn rigid<T: Real, R: Relaxation<T>>(&self, law: &R) -> f64 {
         if law.is_newtonian() {
-            return DMat3::ZERO;
+            return 0.0;
         }
         let mut stress = -self.density * outer(self.velocity);
         for i in 1..Q {
@@ -84,21 +87,22 @@ impl Sheared<'_> {
         let mean = (stress.x_axis.x + stress.y_axis.y + stress.z_axis.z) / 3.0;
         stress -= DMat3::from_diagonal(DVec3::splat(mean));
         let squares: f64 = stress.to_cols_array().iter().map(|s| s * s).sum();
-        let rigid = 1.0 - law.omega(T::from_f64((4.5 * squares).sqrt() / self.density)).to_f64();
-        let on = stress * normal;
-        let shear = on - normal * on.dot(normal);
-        let both = outer(shear + normal) - outer(shear) - outer(normal);
-        (stress - both) * rigid.max(0.0)
+        (1.0 - law.omega(T::from_f64((4.5 * squares).sqrt() / self.density)).to_f64()).max(0.0)
     }
 }
 
-/// Lets a cell slide along a surface, without friction or with it: its populations `f` arrive by half-way bounce-back from the surface as it moves, and where
+/// The matrix a b.
+fn outer_of(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
+/// Lets a cell slide along a surface with friction: its populations `f` arrive by half-way bounce-back from the surface as it moves, and where
 /// it `parts`, the surface does not pull on it. `moments` are those of the coming collision. The mass that the cell gains.
 pub(crate) fn slide<T: Real, R: Relaxation<T>>(
     contact: &Contact,
     fluid: &Sheared<'_>,
     moments: impl Fn(&[f64; Q]) -> Moments<T> + Copy,
-    friction: Option<Friction>,
+    friction: Friction,
     parts: bool,
     law: &R,
     f: &mut [f64; Q],
@@ -126,7 +130,7 @@ fn rub<T: Real, R: Relaxation<T>>(
     moments: impl Fn(&[f64; Q]) -> Moments<T>,
     pressure: f64,
     most: f64,
-    friction: Option<Friction>,
+    friction: Friction,
     law: &R,
     f: &mut [f64; Q],
 ) {
@@ -137,22 +141,23 @@ fn rub<T: Real, R: Relaxation<T>>(
     // What slides brings the density back to what it was: the momentum is that of so much.
     let density = fluid.density;
     let velocity = DVec3::from(m.velocity.map(T::to_f64)) * (m.density.to_f64() / density);
+    let rigid = fluid.rigid(law);
     let alone = [contact];
     let hold = Hold::new(&alone);
     // What the links bear if nothing slides, and by how much less where it does.
     let still = across(hold.coming(velocity) - base);
-    let stands = fluid.standing(n, law);
     let (mut traction, mut response) = (DVec3::ZERO, DMat3::ZERO);
-    let (mut held, mut driven) = (DMat3::ZERO, DMat3::ZERO);
+    let (mut held, mut driven, mut area) = (DMat3::ZERO, DMat3::ZERO, DVec3::ZERO);
     for i in contact.links() {
         let (c, weight, r) = (vector(i), 6.0 * W[i] * density, share(contact, vector(i)));
         let t = across(c);
-        let at_rest = W[i] * (pressure + 4.5 * c.dot(stands * c)) + fluid.carried(contact, i);
         let held_back = weight * r.min(0.0);
-        traction += (f[i] + fluid.leaving[opposite(i)] - 2.0 * at_rest + held_back * c.dot(still)) * t;
-        response += weight * (1.0 - r) * outer(t);
-        held += held_back * outer(t);
-        driven += DMat3::from_cols(c * t.x, c * t.y, c * t.z) * (6.0 * W[i] * (1.0 - r));
+        let borne = f[i] + fluid.leaving[opposite(i)] - 2.0 * fluid.carried(contact, i);
+        traction += (borne + held_back * c.dot(still)) * c;
+        area += 2.0 * W[i] * c;
+        response += outer_of(c, t) * (weight * (1.0 - r));
+        held += outer_of(c, t) * held_back;
+        driven += outer_of(c, t) * (6.0 * W[i] * (1.0 - r));
     }
     response += held * hold.carried(driven);
     let ahead = across(left_at - base);
@@ -161,16 +166,21 @@ fn rub<T: Real, R: Relaxation<T>>(
     if speed > 0.0 {
         let t = ahead / speed;
         let most = most * speed;
-        let [borne, eased] = [-t.dot(traction), t.dot(response * t)];
-        let v = match friction {
-            None => (borne / eased.max(LEAST_RESPONSE)).clamp(0.0, most),
-            Some(friction) => {
-                let area = contact.links().map(|i| (vector(i), 18.0 * W[i]));
-                let area: f64 = area.map(|(c, w)| w * c.dot(t).powi(2) * c.dot(n)).sum();
-                let stress = |v: f64| (borne - v * eased).max(0.0) / (density * area.max(LEAST_AREA));
-                let slides = |stress: f64| friction.speed(T::from_f64(stress), law).to_f64();
-                root(|v| v - slides(stress(v)), [0.0, most], speed, FOUND)
-            }
+        // The pressure is that of the density, and in rigid fluid what the links bear along n.
+        let facing = area.dot(n);
+        let by_links = if facing > LEAST_FACING { rigid } else { 0.0 };
+        let aside = t - n * (by_links * area.dot(t) / facing.max(LEAST_FACING));
+        let borne = (1.0 - by_links) * pressure * area.dot(t) - aside.dot(traction);
+        let eased = aside.dot(response * t);
+        let links = contact.links().map(|i| (vector(i), 18.0 * W[i]));
+        let sheared: f64 = links.map(|(c, w)| w * c.dot(t) * c.dot(n) * c.dot(aside)).sum();
+        // Rigid fluid goes all as fast, where the links tell no more.
+        let v = if sheared < LEAST_AREA {
+            by_links * speed
+        } else {
+            let stress = |v: f64| (borne - v * eased).max(0.0) / (density * sheared);
+            let slides = |stress: f64| friction.speed(T::from_f64(stress), law).to_f64();
+            root(|v| v - slides(stress(v)), [0.0, most], speed, FOUND)
         };
         slid = t * v;
     }
