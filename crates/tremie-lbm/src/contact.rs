@@ -64,9 +64,14 @@ const RETURNED: f64 = 5e-5;
 /// What the cells of a row away from solids are in contact with. (To write it anew for each row takes time.)
 static NONE: Contacts = [[None; 3]; LANES];
 
+/// The matrix a b.
+pub(crate) fn dyad(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
 /// The matrix v v.
 pub(crate) fn outer(v: DVec3) -> DMat3 {
-    DMat3::from_cols(v * v.x, v * v.y, v * v.z)
+    dyad(v, v)
 }
 
 impl<T: Real> Source<'_, T> {

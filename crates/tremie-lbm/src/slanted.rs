@@ -30,7 +30,7 @@
 use tremie_numerics::{DMat3, DVec3};
 
 use crate::collision::Moments;
-use crate::contact::outer;
+use crate::contact::{dyad, outer};
 use crate::friction::Friction;
 use crate::lattice::{Q, W, opposite, vector};
 use crate::real::Real;
@@ -89,11 +89,6 @@ impl Sheared<'_> {
         let squares: f64 = stress.to_cols_array().iter().map(|s| s * s).sum();
         (1.0 - law.omega(T::from_f64((4.5 * squares).sqrt() / self.density)).to_f64()).max(0.0)
     }
-}
-
-/// The matrix a b.
-fn outer_of(a: DVec3, b: DVec3) -> DMat3 {
-    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
 /// Lets a cell slide along a surface with friction: its populations `f` arrive by half-way bounce-back from the surface as it moves, and where
@@ -155,9 +150,9 @@ fn rub<T: Real, R: Relaxation<T>>(
         let borne = f[i] + fluid.leaving[opposite(i)] - 2.0 * fluid.carried(contact, i);
         traction += (borne + held_back * c.dot(still)) * c;
         area += 2.0 * W[i] * c;
-        response += outer_of(c, t) * (weight * (1.0 - r));
-        held += outer_of(c, t) * held_back;
-        driven += outer_of(c, t) * (6.0 * W[i] * (1.0 - r));
+        response += dyad(c, t) * (weight * (1.0 - r));
+        held += dyad(c, t) * held_back;
+        driven += dyad(c, t) * (6.0 * W[i] * (1.0 - r));
     }
     response += held * hold.carried(driven);
     let ahead = across(left_at - base);

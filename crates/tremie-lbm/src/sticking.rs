@@ -34,7 +34,7 @@
 use tremie_numerics::{DMat3, DVec3};
 
 use crate::collision::{COMPONENT, LEAST_RESISTANCE, Moments};
-use crate::contact::outer;
+use crate::contact::{dyad, outer};
 use crate::lattice::{Q, W, opposite, vector};
 use crate::real::Real;
 use crate::relaxation::Relaxation;
@@ -121,7 +121,7 @@ impl<'a> Hold<'a> {
             for i in contact.links() {
                 let c = vector(i);
                 let (t, back) = (along(contact, c), -6.0 * W[i] * share(contact, c).min(0.0));
-                matrix += DMat3::from_cols(c * t.x, c * t.y, c * t.z) * back;
+                matrix += dyad(c, t) * back;
                 drawn += c * (back * t.dot(contact.velocity));
             }
         }
@@ -133,7 +133,7 @@ impl<'a> Hold<'a> {
         self.inverse * (velocity + self.drawn)
     }
 
-    /// What is left of what drives the cell, linear in something, in the coming collision.
+    /// What that velocity gains with another on which what comes in depends as `driven` says.
     pub(crate) fn carried(&self, driven: DMat3) -> DMat3 {
         self.inverse * driven
     }
