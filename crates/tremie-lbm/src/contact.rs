@@ -57,7 +57,7 @@ use crate::topology::CELLS;
 /// What keeps the velocity of a sliding wall from directions in which hardly a link points.
 const BLIND: f64 = 0.02;
 /// Least area across the normal, in twice the weights of links, that tells the pressure on a wall.
-const LEAST_FACING: f64 = 0.05;
+pub(crate) const LEAST_FACING: f64 = 0.05;
 /// Share of a store that is put back in a step.
 const RETURNED: f64 = 5e-5;
 

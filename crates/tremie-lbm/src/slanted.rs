@@ -30,7 +30,7 @@
 use tremie_numerics::{DMat3, DVec3};
 
 use crate::collision::Moments;
-use crate::contact::{dyad, outer};
+use crate::contact::{LEAST_FACING, dyad, outer};
 use crate::friction::Friction;
 use crate::lattice::{Q, W, opposite, vector};
 use crate::real::Real;
@@ -42,8 +42,6 @@ use crate::wall::{FOUND, root};
 /// How fast, over the cell's velocity, the fluid may slide: it goes no faster than the cell, but what alternates around that must not slow it on average. (At the surface of the fluid it may not, where
 /// the flow may be anything but sheared along the wall: what is flung against a bar would be driven ever faster.)
 const AHEAD: f64 = 2.0;
-/// Least area across the normal, in twice the weights of links, that tells the pressure.
-const LEAST_FACING: f64 = 0.05;
 /// Least area that tells the stress, in a face of a cell.
 const LEAST_AREA: f64 = 1e-3;
 

@@ -239,7 +239,7 @@ fn a_stiff_block_slides_down_a_slope_on_a_film() {
     let cells = cells(&*simulation);
     let momentum: DVec3 = cells.velocity.iter().zip(&cells.fill).map(|(u, fill)| *u * *fill).sum();
     let speed = momentum.length() / cells.fill.iter().sum::<f64>();
-    // The block is 88.3 mm high on average.
+    // The block is 88.3 mm high on average. It goes a fifth to a quarter too slowly, which is a known miss: this only tells jerks and gains of speed from that.
     let slope = (1.0f64 / 6.0).atan();
     let exact = (2300.0 * 9.81 * 0.0883 * slope.sin() * slope.cos() - 10.0) / 5000.0;
     assert!((speed / exact - 1.0).abs() < 0.3, "{speed} instead of {exact}");
