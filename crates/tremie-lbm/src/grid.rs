@@ -79,6 +79,9 @@ pub(crate) type Field<T> = Values<T, Q>;
 /// among the populations each would lie in a cache line of its own.)
 pub(crate) type Fill<T> = Values<T, 1>;
 
+/// What bears the interface cells of a block, over the weight of a full cell (module `support`): a mean over steps.
+pub(crate) type Borne<T> = Values<T, 1>;
+
 /// The surface in the interface cells of a block (module `plane`): their velocity and the wet shares of their six
 /// faces (in the order of the velocities 1 to 6).
 pub(crate) type Shape<T> = Values<T, 9>;
@@ -115,6 +118,8 @@ pub(crate) struct Grid<T: Real> {
     pub(crate) shape: Vec<Box<Shape<T>>>,
     /// Mass of interface cells; in liquid cells at sliding walls, their store (module `contact`).
     pub(crate) mass: Vec<Box<[f64; CELLS]>>,
+    /// What bears interface cells.
+    pub(crate) borne: Vec<Box<Borne<T>>>,
     /// What the fluid carries along.
     pub(crate) carried: Carried,
     /// What inclusions see of the fluid and do to it.
@@ -156,6 +161,7 @@ impl<T: Real> Grid<T> {
             fills: Vec::new(),
             shape: Vec::new(),
             mass: Vec::new(),
+            borne: Vec::new(),
             carried,
             immersed,
             cages,
@@ -182,6 +188,7 @@ impl<T: Real> Grid<T> {
         self.fills.push(bytemuck::allocation::zeroed_box());
         self.shape.push(bytemuck::allocation::zeroed_box());
         self.mass.push(bytemuck::allocation::zeroed_box());
+        self.borne.push(bytemuck::allocation::zeroed_box());
         self.carried.push();
         self.immersed.push_slot();
         self.cages.push();
@@ -237,6 +244,7 @@ impl<T: Real> Grid<T> {
         *self.front[slot] = bytemuck::Zeroable::zeroed();
         *self.fills[slot] = bytemuck::Zeroable::zeroed();
         *self.mass[slot] = [0.0; CELLS];
+        *self.borne[slot] = Borne::all(T::ONE);
         self.immersed.clear(slot);
         self.links[slot].steps = [0, 1, 2].map(|a| self.topology.steps(place[a], a));
         self.links[slot].last = last[0] as u8;
@@ -326,7 +334,7 @@ impl<T: Real> Grid<T> {
         carried: &[f64],
     ) -> Result<(), &'static str> {
         let slots: Vec<usize> = self.slots().collect();
-        let (populations, per_block) = (Q * CELLS, (Q + 1) * CELLS);
+        let (populations, per_block) = (Q * CELLS, (Q + 2) * CELLS);
         let per_kinds = ROWS * size_of::<Kinds>();
         for (name, length, expected) in [
             ("fields", fields.len(), slots.len() * per_block),
@@ -339,12 +347,16 @@ impl<T: Real> Grid<T> {
             }
         }
         for (n, &slot) in slots.iter().enumerate() {
-            let (field, fill) = fields[n * per_block..][..per_block].split_at(populations);
+            let (field, others) = fields[n * per_block..][..per_block].split_at(populations);
+            let (fill, borne) = others.split_at(CELLS);
             for (at, value) in field.iter().enumerate() {
                 self.front[slot][(at / CELLS, at % CELLS)] = *value;
             }
             for (cell, value) in fill.iter().enumerate() {
                 self.fills[slot][(0, cell)] = *value;
+            }
+            for (cell, value) in borne.iter().enumerate() {
+                self.borne[slot][(0, cell)] = *value;
             }
             self.mass[slot].copy_from_slice(&mass[n * CELLS..][..CELLS]);
             let per_block = self.carried.per_block();
@@ -368,6 +380,7 @@ impl<T: Real> Grid<T> {
             + size_of::<Fill<T>>()
             + size_of::<Shape<T>>()
             + size_of::<[f64; CELLS]>()
+            + size_of::<Borne<T>>()
             + size_of::<[Kinds; ROWS]>()
             + size_of::<Links>();
         self.len() * block

@@ -240,6 +240,7 @@ impl<T: Real> Grid<T> {
             let (slot, cell) = mouth.cell;
             if self.is_air(mouth.cell) {
                 self.set_populations(mouth.cell, &equilibrium(0.0, velocity.to_array()));
+                self.begin_borne(&[mouth.cell]);
                 self.set_interface(mouth.cell, 0.0, T::ZERO);
             }
             self.allocate_around(slot, cell);

@@ -51,6 +51,7 @@ mod sticking;
 mod store;
 mod stream;
 mod structure;
+mod support;
 mod surface;
 mod sweep;
 mod table;

@@ -44,6 +44,8 @@ pub(crate) struct Rows {
     pub(crate) bulk: Vec<BulkRow>,
     /// All others.
     pub(crate) surface: Vec<SurfaceRow>,
+    /// Whether any interface cell is too fast to be held for sure (module `support`).
+    pub(crate) fast: bool,
 }
 
 /// A row that touches only liquid.
@@ -53,6 +55,8 @@ pub(crate) struct BulkRow {
     pub(crate) row: u8,
     /// The rows around.
     pub(crate) beside: Beside,
+    /// Whether there is interface beside it.
+    pub(crate) shore: bool,
 }
 
 /// A row with what lies around its cells. For each velocity c a byte tells what lies at -c.
@@ -89,6 +93,8 @@ pub(crate) struct SurfaceRow {
     pub(crate) any_immersed: u8,
     /// Cells at a flat wall, for each face.
     pub(crate) flat: [u8; 6],
+    /// Whether there is interface in it, or beside it.
+    pub(crate) shore: bool,
     /// Whether any cell lies in a cage.
     pub(crate) caged: bool,
     /// What the cells are in contact with, if that stays as it is. (Distances from a drawing of many facets are dear.)
@@ -198,6 +204,7 @@ impl Rows {
                 any_solid: 0,
                 any_immersed: 0,
                 flat: [0; 6],
+                shore: kinds.interface != 0,
                 caged: caged >> row & 1 == 1,
                 contacts: None,
             };
@@ -205,6 +212,7 @@ impl Rows {
             for i in 1..Q {
                 let there = kinds_at(all, links, &found.beside, C[i]);
                 wet_around &= there.wet();
+                found.shore |= there.interface != 0;
                 found.solid[i] = there.solid & wet;
                 found.immersed[i] = there.immersed & wet;
                 found.any_immersed |= found.immersed[i];
@@ -234,7 +242,8 @@ impl Rows {
                 found.missing[i] |= found.interface[i] & trapped;
             }
             if kinds.liquid & wet_around == 0xff && !found.caged {
-                self.bulk.push(BulkRow { row: row as u8, beside: found.beside });
+                let SurfaceRow { row, beside, shore, .. } = found;
+                self.bulk.push(BulkRow { row, beside, shore });
             } else {
                 self.surface.push(found);
             }

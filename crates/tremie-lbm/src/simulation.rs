@@ -663,6 +663,9 @@ impl<T: Real> Simulation for FreeSurface<T> {
             }
             let fill = &self.grid.fills[slot];
             fields.extend((0..CELLS).map(|cell| if wet(cell) { fill[(0, cell)] } else { T::ZERO }));
+            let borne = &self.grid.borne[slot];
+            let interface = |cell: usize| kinds_of[cell / EDGE].interface >> (cell % EDGE) & 1 == 1;
+            fields.extend((0..CELLS).map(|cell| if interface(cell) { borne[(0, cell)] } else { T::ONE }));
             mass.extend_from_slice(&*self.grid.mass[slot]);
             kinds.extend_from_slice(cast_slice(&self.grid.kinds[slot]));
             carried.extend(self.grid.carried.saved(slot, wet));

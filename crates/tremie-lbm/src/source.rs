@@ -14,7 +14,7 @@ use crate::real::{Number, Real};
 use crate::rows::{Beside, upstream};
 use crate::solids::Solids;
 use crate::tension::Tension;
-use crate::together::Pushes;
+use crate::together::{HOLDS, Pushes};
 use crate::topology::{Links, Topology};
 use crate::values::Values;
 
@@ -204,7 +204,7 @@ impl<'a, T: Real> Source<'a, T> {
     pub(crate) fn braked(
         &self,
         first: usize,
-        held: [Lanes<T>; 2],
+        held: [Lanes<T>; HOLDS],
         gravity: [T; 3],
         f: &[Lanes<T>; Q],
     ) -> Option<Pushes<T>> {
@@ -214,9 +214,9 @@ impl<'a, T: Real> Source<'a, T> {
             let f: [T; Q] = std::array::from_fn(|i| f[i].0[k]);
             let (excess, momentum) = density_and_momentum(&f);
             let density = 1.0 + excess;
-            let [mass, least] = held.map(|held| held.0[k].to_f64());
-            let (fill, _) = Held::Partly { mass, least }.fill_and_resistance(density);
-            let half = |a: usize| 0.5 * (density * fill * gravity[a].to_f64() + push[a].to_f64());
+            let [mass, least, support] = held.map(|held| held.0[k].to_f64());
+            let (fill, weighs, _) = Held::Partly { mass, least, support }.shares(density);
+            let half = |a: usize| 0.5 * (density * weighs * gravity[a].to_f64() + push[a].to_f64());
             let momentum = DVec3::from([0, 1, 2].map(|a| momentum[a] + half(a)));
             let growth = 1.0 + self.structure.get(first + k).copied().unwrap_or(0.0);
             let force = cages.force(self.links, first + k, &Arrived { density, fill, momentum, growth });
@@ -235,7 +235,7 @@ impl<'a, T: Real> Source<'a, T> {
         &self,
         first: usize,
         wet: u8,
-        held: [Lanes<T>; 2],
+        held: [Lanes<T>; HOLDS],
         f: &[Lanes<T>; Q],
         drive: Drive<Lanes<T>>,
         pushes: &Pushes<T>,

@@ -20,7 +20,7 @@ use crate::ahead::Ahead;
 use crate::cage::Cages;
 use crate::collision::{Held, LEAST_RESISTANCE, Moments, collide, moments};
 use crate::friction::slide_at_walls;
-use crate::grid::{ALL_ROWS, AT_ONCE, Field, Fill, Grid, Kinds, SHARE, Shape, VELOCITY};
+use crate::grid::{ALL_ROWS, AT_ONCE, Borne, Field, Fill, Grid, Kinds, SHARE, Shape, VELOCITY};
 use crate::immersed::Sight;
 use crate::lanes::{LANES, Lanes, bits};
 use crate::lattice::{C, Q, W, each_pair, opposite};
@@ -32,8 +32,9 @@ use crate::relaxation::{Law, Relaxation};
 use crate::rows::{BulkRow, Rows, Sorting, SurfaceRow, first_of};
 use crate::solids::Contact;
 use crate::source::{Fills, Shapes, Source};
+use crate::support::see_shores;
 use crate::together::{
-    Own, PAIRS, Pair, Physics, Populations, Pushes, Whole, collide_pairs_here, pair_up, rescale_row,
+    HOLDS, Own, PAIRS, Pair, Physics, Populations, Pushes, Whole, collide_pairs_here, pair_up, rescale_row,
 };
 use crate::topology::{CELLS, ROWS};
 use crate::transport::gains;
@@ -103,6 +104,7 @@ struct Block<'a, T> {
     back: &'a mut Field<T>,
     fill: &'a mut Fill<T>,
     mass: &'a mut [f64; CELLS],
+    borne: &'a mut Borne<T>,
     /// What inclusions will see, where there are any.
     seen: Option<Sight<'a, T>>,
 }
@@ -110,7 +112,7 @@ struct Block<'a, T> {
 /// A surface row of which the populations are ready to collide.
 struct Ready<T> {
     /// What the cells hold ([`Held::Partly`]).
-    held: [Lanes<T>; 2],
+    held: [Lanes<T>; HOLDS],
     /// What mass they gain in this step.
     gain: [f64; LANES],
     /// What room walls that come on leave ([`Contact::room`]).
@@ -126,7 +128,9 @@ impl<T: Real> Held<Lanes<T>> {
     pub(crate) fn of(self, lane: usize) -> Held<T> {
         match self {
             Self::Whole => Held::Whole,
-            Self::Partly { mass, least } => Held::Partly { mass: mass.0[lane], least: least.0[lane] },
+            Self::Partly { mass, least, support } => {
+                Held::Partly { mass: mass.0[lane], least: least.0[lane], support: support.0[lane] }
+            }
         }
     }
 }
@@ -186,7 +190,7 @@ impl<'a, T: Real> Source<'a, T> {
         }
     }
 
-    /// Makes the populations that arrived in a surface row ready to collide, but for yielding at walls (module `yielding`); `fill` and `mass`
+    /// Makes the populations that arrived in a surface row ready to collide, but for yielding at walls (module `yielding`); `fill`, `mass` and `borne`
     /// are those of the block's cells, `swept` is what solids take, `own` what its flow curves have of their own.
     #[inline(always)]
     fn surface<R: Law<T>>(
@@ -198,6 +202,7 @@ impl<'a, T: Real> Source<'a, T> {
         f: &mut Populations<T>,
         fill: &Fill<T>,
         mass: &mut [f64; CELLS],
+        borne: &Borne<T>,
         swept: &mut f64,
     ) -> Ready<T> {
         let first = row.first();
@@ -231,7 +236,11 @@ impl<'a, T: Real> Source<'a, T> {
         if row.any_solid != 0 {
             self.meet_walls(row, f);
         }
-        let held = [held, least];
+        let support = match row.kinds.interface {
+            0 => Lanes::ONE,
+            _ => self.support(surface, first, physics.gravity, held, borne),
+        };
+        let held = [held, least, support];
         let mut yielded = 0;
         if row.any_immersed != 0 {
             room = contacts.map(|touching| touching.iter().flatten().map(Contact::room).sum());
@@ -418,7 +427,7 @@ fn step_surface<T: Real, R: Law<T>>(
         return;
     }
     let (mut f, mut to): ([Pair<T>; PAIRS], [Pair<T>; PAIRS]) = bytemuck::Zeroable::zeroed();
-    let mut held: [Pair<T, 2>; PAIRS] = bytemuck::Zeroable::zeroed();
+    let mut held: [Pair<T, HOLDS>; PAIRS] = bytemuck::Zeroable::zeroed();
     let mut density = [[[T::ONE; LANES]; 2]; PAIRS];
     // Gains, and the room that walls leave.
     let mut told = [[[0.0; LANES]; 2]; 2 * PAIRS];
@@ -432,8 +441,10 @@ fn step_surface<T: Real, R: Law<T>>(
         let mut asked: [Option<Pushes<T>>; 2 * PAIRS] = [const { None }; 2 * PAIRS];
         for (m, row) in batch.iter().enumerate() {
             let mut arrived = source.arriving(&row.beside);
-            let (fill, mass, swept) = (&*block.fill, &mut *block.mass, &mut findings.swept);
-            let ready = source.surface(surface, row, physics, &own[m], &mut arrived, fill, mass, swept);
+            let Block { fill, mass, borne, .. } = &mut *block;
+            let swept = &mut findings.swept;
+            let ready =
+                source.surface(surface, row, physics, &own[m], &mut arrived, fill, mass, borne, swept);
             f[m / 2].put(m % 2, &arrived);
             held[m / 2].put(m % 2, &ready.held);
             told[m] = [ready.gain, ready.room];
@@ -452,6 +463,10 @@ fn step_surface<T: Real, R: Law<T>>(
             }
         }
         let own = pair_up(&own, &braked, last);
+        for (m, row) in batch.iter().enumerate().filter(|(_, row)| row.kinds.interface != 0) {
+            let ([mass, ..], f) = (held[m / 2].row(m % 2), f[m / 2].row(m % 2));
+            source.see_borne(surface, row, physics.gravity, &f, own[m / 2][m % 2].push, mass, block.borne);
+        }
         match change {
             None => {
                 collide_pairs_here(
@@ -558,6 +573,16 @@ for_this_processor! {
     )
 }
 
+for_this_processor! {
+    /// [`see_shores`] for the processor at hand.
+    see_shores_here = see_shores<T: Real>(
+        source: &Source<'_, T>,
+        rows: &Rows,
+        gravity: [T; 3],
+        shape: &mut Shape<T>
+    )
+}
+
 impl<T: Real> Grid<T> {
     /// Streams and collides all blocks once; time steps are `change` times as long from then on, if they change. The new populations are in `front` afterwards.
     pub(crate) fn step<R: Law<T>>(
@@ -579,6 +604,7 @@ impl<T: Real> Grid<T> {
             fills,
             shape,
             mass,
+            borne,
             carried,
             cages,
             tension,
@@ -589,7 +615,7 @@ impl<T: Real> Grid<T> {
         (
             back.par_iter_mut(),
             fills.par_iter_mut(),
-            mass.par_iter_mut(),
+            (mass.par_iter_mut(), borne.par_iter_mut()),
             (seen.par_iter_mut(), last.par_iter_mut()),
             findings.par_iter_mut(),
         )
@@ -597,7 +623,7 @@ impl<T: Real> Grid<T> {
             .enumerate()
             .skip(2)
             .with_max_len(AT_ONCE)
-            .for_each(|(slot, (back, fill, mass, (seen, last), findings))| {
+            .for_each(|(slot, (back, fill, (mass, borne), (seen, last), findings))| {
                 if findings.any {
                     *findings = Findings::default();
                 }
@@ -611,7 +637,7 @@ impl<T: Real> Grid<T> {
                     let ahead = Ahead::of(slot, rows, links, front, shape);
                     let seen = seen.as_deref_mut().zip(last.as_deref_mut());
                     let seen = seen.map(|(seen, last)| Sight { seen, last });
-                    let mut block = Block { back, fill, mass, seen };
+                    let mut block = Block { back, fill, mass, borne, seen };
                     step_block_here(
                         &source,
                         &surface,
@@ -650,6 +676,21 @@ impl<T: Real> Grid<T> {
                     let fills = Fills::new(&links[slot], fills, slot);
                     reconstruct_here(&source, &fills, rows, gravity, shape);
                 }
+                rows.fast = rows.any_fast(shape, gravity);
+            });
+        let fast: Vec<bool> = rows.iter().map(|rows| rows.fast).collect();
+        if !fast.contains(&true) {
+            return;
+        }
+        (shape.par_iter_mut(), rows.par_iter())
+            .into_par_iter()
+            .enumerate()
+            .skip(2)
+            .with_max_len(AT_ONCE)
+            .filter(|(slot, _)| links[*slot].slots.iter().any(|beside| fast[*beside as usize]))
+            .for_each(|(slot, (shape, rows))| {
+                let source = Source::new(topology, solids, inlets, &links[slot], front, slot);
+                see_shores_here(&source, rows, gravity, shape);
             });
     }
 
@@ -669,7 +710,7 @@ impl<T: Real> Grid<T> {
             .caged(&self.cages)
             .pressed(self.tension.as_ref());
         let surface = Shapes::new(links, &self.shape, slot);
-        let mut mass = self.mass[slot].clone();
+        let (mut mass, borne) = (self.mass[slot].clone(), &self.borne[slot]);
         let mut swept = 0.0;
         let mut show =
             |f: &Populations<T>, held: Held<Lanes<T>>, own: &Own<'_, T, R>, row: u8, kinds: Kinds| {
@@ -696,10 +737,11 @@ impl<T: Real> Grid<T> {
         for row in &rows.surface {
             let mut f = source.arriving(&row.beside);
             let own = physics.own(&source, row.first());
-            let ready = source.surface(&surface, row, physics, &own, &mut f, fill, &mut mass, &mut swept);
+            let ready =
+                source.surface(&surface, row, physics, &own, &mut f, fill, &mut mass, borne, &mut swept);
             let held = ready.held;
             if !physics.law.row(&own.law).is_newtonian() {
-                let (mut pair, mut holds): ([Pair<T>; 1], [Pair<T, 2>; 1]) = bytemuck::Zeroable::zeroed();
+                let (mut pair, mut holds): ([Pair<T>; 1], [Pair<T, HOLDS>; 1]) = bytemuck::Zeroable::zeroed();
                 pair[0].put(0, &f);
                 holds[0].put(0, &held);
                 let (own, row) = ([[own.or(&ready.asked), own.or(&ready.asked)]], std::slice::from_ref(row));

@@ -181,6 +181,7 @@ impl<T: Real> Grid<T> {
         }
 
         let fresh: Vec<[T; Q]> = wetted.iter().map(|cell| self.wetted(*cell)).collect();
+        self.begin_borne(&[&wetted[..], &drained].concat());
         for &cell in &drained {
             let mass = self.liquid_mass(cell);
             self.set_interface(cell, mass, T::ONE);

@@ -59,6 +59,9 @@ impl<T: Real> Grid<T> {
                         false => (self.fills[taker.0][(0, taker.1)], self.mass[taker.0][taker.1]),
                     };
                     self.take_along(cell, &[taker], mass);
+                    if self.is_liquid(taker) {
+                        self.begin_borne(&[taker]);
+                    }
                     self.set_interface(taker, held + mass, fill);
                 }
                 None => self.hand_out(cell, mass, ledger),
@@ -193,6 +196,7 @@ impl<T: Real> Grid<T> {
         };
         let (full, empty, open) = (fresh(self, &liquid), fresh(self, &interface), fresh(self, &gaps));
         let shares: Vec<f64> = interface.iter().map(|cell| self.paid(*cell)).collect();
+        self.begin_borne(&[&interface[..], &gaps].concat());
         for &cell in uncovered {
             self.set_solid(cell, false);
         }
@@ -227,6 +231,7 @@ impl<T: Real> Grid<T> {
         wetted.sort_unstable();
         wetted.dedup();
         let fresh = fresh(self, &wetted);
+        self.begin_borne(&wetted);
         for (cell, f) in wetted.iter().zip(&fresh) {
             self.set_populations(*cell, f);
             self.set_interface(*cell, 0.0, T::ZERO);

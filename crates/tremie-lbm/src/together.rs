@@ -128,9 +128,9 @@ impl<T: Real> Driving<T> for Pushed<T> {
 /// Populations of a row.
 pub(crate) type Populations<T> = [Lanes<T>; Q];
 
-impl<T> From<[Lanes<T>; 2]> for Held<Lanes<T>> {
-    fn from([mass, least]: [Lanes<T>; 2]) -> Self {
-        Self::Partly { mass, least }
+impl<T> From<[Lanes<T>; HOLDS]> for Held<Lanes<T>> {
+    fn from([mass, least, support]: [Lanes<T>; HOLDS]) -> Self {
+        Self::Partly { mass, least, support }
     }
 }
 
@@ -220,12 +220,15 @@ impl<T: Real> Filling<T> for Whole {
     }
 }
 
-/// What masses they hold, and by what they resist at least ([`Held::Partly`]).
-impl<T: Real> Filling<T> for Pair<T, 2> {
+/// Numbers of [`Held::Partly`].
+pub(crate) const HOLDS: usize = 3;
+
+/// What masses they hold, by what they resist at least, and how they are held ([`Held::Partly`]).
+impl<T: Real> Filling<T> for Pair<T, HOLDS> {
     #[inline(always)]
     fn cell(&self, n: usize) -> Held<T> {
-        let [mass, least] = Pair::cell(self, n);
-        Held::Partly { mass, least }
+        let [mass, least, support] = Pair::cell(self, n);
+        Held::Partly { mass, least, support }
     }
 
     #[inline(always)]

@@ -28,6 +28,14 @@ pub(crate) fn written() {
 pub(crate) struct Values<T, const N: usize>([[[T; LANES]; N]; ROWS]);
 
 impl<T, const N: usize> Values<T, N> {
+    /// All of them the same.
+    pub(crate) fn all(number: T) -> Self
+    where
+        T: Copy,
+    {
+        Self([[[number; LANES]; N]; ROWS])
+    }
+
     /// All numbers of a row.
     #[inline(always)]
     pub(crate) fn row(&self, row: usize) -> &[[T; LANES]; N] {

@@ -11,7 +11,7 @@ use crate::real::{Number, Real};
 use crate::relaxation::{Law, Relaxation};
 use crate::rows::SurfaceRow;
 use crate::source::Source;
-use crate::together::{Driving, Filling, Own, PAIRS, Pair, Physics, Pushed, Pushes, Weight};
+use crate::together::{Driving, Filling, HOLDS, Own, PAIRS, Pair, Physics, Pushed, Pushes, Weight};
 use crate::wall::{FACES, SLANTED, tangents, wall_velocity};
 
 /// Cells that are gathered.
@@ -22,7 +22,7 @@ struct Gathered<'a, T: Real, R: Law<T>> {
     /// Populations that have arrived.
     f: Pair<T>,
     /// What the cells hold.
-    held: Pair<T, 2>,
+    held: Pair<T, HOLDS>,
     /// Momentum that the wall takes along the two tangents.
     taken: Pair<T, 2>,
     /// What their rows have of their own.
@@ -40,7 +40,7 @@ pub(crate) fn yield_at_walls<T: Real, R: Law<T>>(
     source: &Source<'_, T>,
     rows: &[SurfaceRow],
     slides: &[[u8; 6]],
-    held: &[Pair<T, 2>],
+    held: &[Pair<T, HOLDS>],
     own: &[[Own<'_, T, R>; 2]],
     physics: &Physics<T, R>,
     f: &mut [Pair<T>],

@@ -4,6 +4,7 @@ mod adaptive;
 mod batches;
 mod cages;
 mod conservation;
+mod fall;
 mod fibre_field;
 mod friction;
 mod inclusions;

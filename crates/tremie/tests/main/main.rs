@@ -81,6 +81,14 @@ fn folder_with_case(replacements: &[(&str, &str)]) -> TempDir {
     folder
 }
 
+/// A page without what is in its pictures, where any four letters may stand.
+fn without_pictures(page: &str) -> String {
+    let parts = page.split("src=\"data:").enumerate();
+    parts
+        .map(|(n, part)| if n == 0 { part } else { part.split_once('"').map_or("", |(_, rest)| rest) })
+        .collect()
+}
+
 fn json(path: &Path) -> Value {
     serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
 }
@@ -266,8 +274,9 @@ fn any_run_has_a_report_unless_its_files_are_damaged() {
     done(place, &["run", "slump.toml", "--out", "run", "-q"]);
     done(place, &["report", "run"]);
     let page = fs::read_to_string(place.join("run/report.html")).unwrap();
+    let words = without_pictures(&page);
     assert!(
-        page.contains("largest height") && page.contains("no picture_interval") && !page.contains("T500")
+        words.contains("largest height") && words.contains("no picture_interval") && !words.contains("T500")
     );
     assert!(page.contains("had not come to rest"));
 
