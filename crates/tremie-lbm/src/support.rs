@@ -20,6 +20,8 @@
 //!   comes to rest.
 //! - What is nearly empty is held.
 //!
+//! Velocities between steps (modules `plane` and `contact`) take half of the force by the fill, as if the cell was held: they are off by half of what gravity does in a step at most.
+//!
 //! With this the ball has 0.96 of the speed of free fall after 0.28 s; with cells half as wide 0.98.
 
 use crate::grid::{Borne, Grid, Shape, VELOCITY};
@@ -129,7 +131,7 @@ impl<T: Real> Source<'_, T> {
         let first = row.first();
         let slow = slow(surface.own, first, gravity);
         if square == T::ZERO || slow | !row.kinds.interface == 0xff {
-            borne.put(0, first, mass);
+            borne.put(0, first, Lanes::choose(row.kinds.interface, mass, Lanes::ONE));
             return;
         }
         let mut gained = by_axis(|a| match push {
@@ -167,7 +169,8 @@ impl<T: Real> Source<'_, T> {
         let now = (against[0] + against[1] + against[2]) / density;
         let rate = Lanes::from_f64(RATE);
         let mean = borne.lanes(0, first);
-        borne.put(0, first, Lanes::choose(slow, mass, mean + rate * (now - mean)));
+        let mean = Lanes::choose(slow, mass, mean + rate * (now - mean));
+        borne.put(0, first, Lanes::choose(row.kinds.interface, mean, Lanes::ONE));
     }
 }
 
