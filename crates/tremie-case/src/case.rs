@@ -97,6 +97,24 @@ impl Domain {
         at.cmpge(self.min).all() && at.cmple(self.max).all()
     }
 
+    /// The place in the domain of what is seen at a point in m beyond its periodic sides and planes of symmetry (by less than its size).
+    pub fn image(&self, mut at: DVec3) -> DVec3 {
+        for axis in 0..3 {
+            let (low, high) = (self.min[axis], self.max[axis]);
+            let (side, edge) = match at[axis] {
+                a if a < low => (self.sides[2 * axis], low),
+                a if a > high => (self.sides[2 * axis + 1], high),
+                _ => continue,
+            };
+            match side {
+                Side::Symmetry => at[axis] = 2.0 * edge - at[axis],
+                Side::Periodic => at[axis] += low + high - 2.0 * edge,
+                Side::Wall { .. } | Side::Open => {}
+            }
+        }
+        at
+    }
+
     /// Number of cells along each axis for cells of edge `cell_size` in m.
     pub fn cells(&self, cell_size: f64) -> [usize; 3] {
         ((self.max - self.min) / cell_size).to_array().map(|n| n.round() as usize)

@@ -4,19 +4,20 @@
 //! velocity u, which is the superficial velocity of the law:
 //!
 //! ```text
-//!     rho u = m + F/2,    F = -D(|u|) u/|u|,    D = phi sum over layers of s (across (1 - a a) + along a a)
+//!     rho u = m + F/2,    F = -D(|u|) u/|u|,    D = phi sum over layers of s ((1 - a a) X (1 - a a) + along a a)
 //! ```
 //!
 //! with m the momentum that arrives and half of all other forces, phi the share of the cell that is filled and s that which lies in the cage, a the
-//! direction of a layer's bars and `across`, `along` their drag at the speed |u|. So `|(rho w + D(w)/2)^-1 m| = 1` for w = |u|. The left side falls as w
+//! direction of a layer's bars and X, `along` their drag at the speed |u|. X is diagonal: along an axis of the lattice it is the drag across bars of many rows where the cage goes on
+//! by a spacing of its bars on both sides of the cell, of a row by itself where it does on neither, and the mean where it ends on one. So `|(rho w + D(w)/2)^-1 m| = 1` for w = |u|. The left side falls as w
 //! grows, and there is one root; or none, where m is within half of the limit load D(0) and the bars hold it: then F = -2 m, and the fluid is at rest without any
 //! creep.
 //!
 //! Drags are kept as tables, linear between speeds of which there are so many to each factor of two. A thixotropic fluid is a Bingham fluid with another yield
 //! stress in each cell, and the drag is homogeneous in stresses: `D(w; (1 + lambda) tau0) = (1 + lambda) D(w/(1 + lambda); tau0)`.
 
-use tremie_case::{Cage, Case, Layer};
-use tremie_geometry::share;
+use tremie_case::{Cage, Case, Domain, Layer};
+use tremie_geometry::{Body, share};
 use tremie_numerics::{DMat3, DVec3};
 use tremie_rheology::FlowCurve;
 
@@ -34,9 +35,9 @@ const STEP_BITS: u32 = 5;
 /// Bits of a number behind those that tell its step.
 const REST: u32 = 52 - STEP_BITS;
 
-/// Drags of a layer across and along its bars, by the speed, in lattice units.
+/// Drags of a layer by the speed ([`BarGrid::drag`](tremie_rheology::bars::BarGrid::drag)), in lattice units.
 #[derive(Debug, Clone)]
-struct Drag(Vec<[f64; 2]>);
+struct Drag(Vec<[f64; 3]>);
 
 impl Drag {
     fn new(layer: &Layer, curve: &FlowCurve, scaling: &Scaling) -> Self {
@@ -50,7 +51,7 @@ impl Drag {
 
     /// Drags at a speed, and their slopes there.
     #[inline]
-    fn at(&self, speed: f64) -> [[f64; 2]; 2] {
+    fn at(&self, speed: f64) -> [[f64; 3]; 2] {
         let first = 2f64.powi(POWERS[0]);
         let place = |n: usize| f64::from_bits(((first.to_bits() >> REST) + n as u64) << REST);
         let (n, from, to) = if speed < first {
@@ -61,8 +62,8 @@ impl Drag {
             (n + 1, place(n), place(n + 1))
         };
         let (low, high) = (self.0[n], self.0[n + 1]);
-        let slopes = [0, 1].map(|a| (high[a] - low[a]) / (to - from));
-        [[0, 1].map(|a| low[a] + (speed - from) * slopes[a]), slopes]
+        let slopes = [0, 1, 2].map(|a| (high[a] - low[a]) / (to - from));
+        [[0, 1, 2].map(|a| low[a] + (speed - from) * slopes[a]), slopes]
     }
 }
 
@@ -73,6 +74,8 @@ struct Part {
     cage: usize,
     /// Share of each cell that lies in it.
     share: Box<[f64; CELLS]>,
+    /// For each layer how far its rows are by themselves in each cell, from 0 to 1, along the axes.
+    single: Vec<Box<[DVec3; CELLS]>>,
 }
 
 /// The cages of a case.
@@ -82,8 +85,8 @@ pub(crate) struct Cages {
     curve: FlowCurve,
     /// Of each cage, of each layer.
     drags: Vec<Vec<Drag>>,
-    /// Lower corner of the domain, and size of a cell, in m.
-    origin: DVec3,
+    domain: Domain,
+    /// Size of a cell in m.
     size: f64,
     /// By slot.
     blocks: Vec<Vec<Part>>,
@@ -109,7 +112,7 @@ impl Cages {
             cages: case.cages.clone(),
             curve: case.material.curve,
             drags: Vec::new(),
-            origin: case.domain.min,
+            domain: case.domain,
             size: scaling.cell_size,
             blocks: Vec::new(),
         };
@@ -135,39 +138,61 @@ impl Cages {
 
     /// Centre of a cell in m.
     fn centre(&self, links: &Links, cell: usize) -> DVec3 {
-        self.origin + self.size * (DVec3::from(links.coordinates(cell).map(|n| n as f64)) + 0.5)
+        self.domain.min + self.size * (DVec3::from(links.coordinates(cell).map(|n| n as f64)) + 0.5)
+    }
+
+    /// Share of a cell, by its centre, that lies in a body.
+    fn within(&self, body: &Body, centre: DVec3) -> f64 {
+        let distance = body.signed_distance(centre);
+        // Half the diagonal of a cell.
+        if distance.abs() < 0.867 * self.size {
+            share(centre, self.size, |p| body.signed_distance(p))
+        } else {
+            f64::from(u8::from(distance < 0.0))
+        }
+    }
+
+    /// How far the rows of a layer are by themselves in the cells of a part, along the axes. (What is divided into several cages with the same bars goes on from one to the next.)
+    fn single(&self, layer: &Layer, links: &Links, part: &Part) -> Box<[DVec3; CELLS]> {
+        let bodies: Vec<_> =
+            self.cages.iter().filter(|cage| cage.layers.contains(layer)).map(|cage| &cage.body).collect();
+        let mut single = Box::new([DVec3::ZERO; CELLS]);
+        for (cell, value) in single.iter_mut().enumerate().filter(|(cell, _)| part.share[*cell] > 0.0) {
+            let goes_on = |way: DVec3| {
+                let at = self.domain.image(self.centre(links, cell) + layer.grid.spacing * way);
+                bodies.iter().map(|body| self.within(body, at)).sum::<f64>().min(1.0)
+            };
+            *value = DVec3::from(DVec3::AXES.map(|axis| 1.0 - 0.5 * (goes_on(axis) + goes_on(-axis))));
+        }
+        single
     }
 
     /// Finds what lies in a block that has taken a slot.
     pub(crate) fn enter(&mut self, slot: usize, links: &Links) {
         let mut parts = Vec::new();
         let corner = self.centre(links, 0) - 0.5 * self.size;
-        for (cage, Cage { body, .. }) in self.cages.iter().enumerate() {
+        for (cage, Cage { body, layers, .. }) in self.cages.iter().enumerate() {
             let (min, max) = body.bounds();
             if max.cmple(corner).any() || min.cmpge(corner + EDGE as f64 * self.size).any() {
                 continue;
             }
-            let mut part = Part { cage, share: Box::new([0.0; CELLS]) };
+            let mut part = Part { cage, share: Box::new([0.0; CELLS]), single: Vec::new() };
             for (cell, value) in part.share.iter_mut().enumerate() {
-                let centre = self.centre(links, cell);
-                let distance = body.signed_distance(centre);
-                // Half the diagonal of a cell.
-                *value = if distance.abs() < 0.867 * self.size {
-                    share(centre, self.size, |p| body.signed_distance(p))
-                } else {
-                    f64::from(u8::from(distance < 0.0))
-                };
+                *value = self.within(body, self.centre(links, cell));
             }
-            if part.share.iter().any(|share| *share > 0.0) {
-                parts.push(part);
+            if part.share.iter().all(|share| *share == 0.0) {
+                continue;
             }
+            part.single = layers.iter().map(|layer| self.single(layer, links, &part)).collect();
+            parts.push(part);
         }
         self.blocks[slot] = parts;
     }
 
     /// Memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        self.blocks.iter().flatten().count() * size_of::<[f64; CELLS]>()
+        let of = |part: &Part| size_of::<[f64; CELLS]>() + part.single.len() * size_of::<[DVec3; CELLS]>();
+        self.blocks.iter().flatten().map(of).sum()
     }
 
     /// The cages in a block.
@@ -251,15 +276,18 @@ impl Bars<'_> {
                 continue;
             }
             let layers = &self.block.all.cages[part.cage].layers;
-            for (layer, drag) in layers.iter().zip(&self.block.all.drags[part.cage]) {
+            let drags = &self.block.all.drags[part.cage];
+            for ((layer, drag), single) in layers.iter().zip(drags).zip(&part.single) {
                 // On the axis of hoops there are none.
                 let Some(a) = layer.course.at(self.centre) else { continue };
                 let outer = DMat3::from_cols(a * a.x, a * a.y, a * a.z);
+                let aside = DMat3::IDENTITY - outer;
+                let by_themselves = aside * DMat3::from_diagonal(single[self.cell]) * aside;
                 let found = drag.at(speed / self.growth);
-                for ((sum, [across, along]), scale) in
+                for ((sum, [of_many, alone, along]), scale) in
                     sums.iter_mut().zip(found).zip([scale * self.growth, scale])
                 {
-                    *sum += (DMat3::from_diagonal(DVec3::splat(across)) + outer * (along - across)) * scale;
+                    *sum += (aside * of_many + by_themselves * (alone - of_many) + outer * along) * scale;
                 }
             }
         }

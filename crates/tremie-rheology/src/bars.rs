@@ -21,14 +21,18 @@
 //! where B is the way from the one to the other in a Bingham fluid's flow between plates, of which this is the exact law for M/N = 3/2 and c = 1
 //! (Buckingham 1921). For other flow curves `stress` is that at the shear rate which gives the Newtonian force. So Vasilic et al. (Cement and Concrete
 //! Research 2011; thesis, Dresden 2015) ask a flow curve at a rate in proportion to u in the flow through reinforcement; no number here is
-//! fitted to any flow. With phi = pi d^2/(4 s^2) the bars' share of the volume:
+//! fitted to any flow. With phi = pi d^2/(4 s^2) the bars' share of the volume and t = pi d/(2 s):
 //!
 //! - L across: `4 pi / (-1/2 ln phi - 0.738 + phi - 0.887 phi^2 + 2.038 phi^3)`, square array (Sangani and Acrivos 1982);
-//!   along: `4 pi / (-ln phi - 3/2 + 2 phi - phi^2/2)`, cell model (Happel 1959).
+//!   along: `4 pi / (-ln phi - 3/2 + 2 phi - phi^2/2)`, cell model (Happel 1959);
+//!   across a row by itself: `8 pi / (1 - 2 ln 2t + 2/3 t^2 - 1/9 t^4 + 8/135 t^6 - 53/1350 t^8)` (Miyagi 1958).
 //! - N across: the lower of two upper bounds, `4 sqrt 2 + 2 pi` of a rough bar by itself (Randolph and Houlsby 1984) and `2 s^2/(d (s - d))`
-//!   of plugs that slide between rows of bars; along: `pi/(1 - phi)`, slip on the bars.
-//! - M from the flow in the cell model, a circle of the same area: across of Kuwabara (1959), along of Happel.
+//!   of plugs that slide between rows of bars; along: `pi/(1 - phi)`, slip on the bars; across a row by itself: that of a bar.
+//! - M from the flow in the cell model, a circle of the same area: across of Kuwabara (1959), along of Happel. Across a row by itself M - N is that of many.
 //! - c: 1 across; along so that B begins as the thin layer on a bar does in which the fluid yields first.
+//!
+//! Between rows one behind the other a plug goes through as it is. Before the first and behind the last the fluid has to draw together or spread, which
+//! the law for a row by itself has twice: a row at the end of several bears the mean of the two forces.
 //!
 //! Across and along at once, both forces are those at the speed |u|, each in proportion to its share of u: the load at which the fluid yields is then an
 //! ellipse. The law asks only for the angle between u and the bars; it takes no notice of how the grid is turned about them.
@@ -48,6 +52,7 @@ pub struct BarGrid {
     /// Distance in m between axes, at least [`CLOSEST`] diameters.
     pub spacing: f64,
     across: Way,
+    single: Way,
     along: Way,
 }
 
@@ -65,7 +70,8 @@ impl BarGrid {
     /// Bars of a diameter and a spacing in m.
     pub fn new(diameter: f64, spacing: f64) -> Self {
         let s = spacing / diameter;
-        Self { diameter, spacing, across: Way::across(s), along: Way::along(s) }
+        let across = Way::across(s);
+        Self { diameter, spacing, across, single: across.of_single_row(s), along: Way::along(s) }
     }
 
     /// The bars' share of the volume.
@@ -73,11 +79,11 @@ impl BarGrid {
         share(self.spacing / self.diameter)
     }
 
-    /// Forces in N/m3 on the bars in a volume, across and along them, in a fluid that goes in that direction alone at a superficial speed in m/s. At rest the limit from above: what they
-    /// bear before the fluid yields.
-    pub fn drag(&self, curve: &FlowCurve, speed: f64) -> [f64; 2] {
+    /// Forces in N/m3 on the bars in a volume: across them where there are rows before and behind, across those of a row by itself, and along them; in a fluid that goes in that direction
+    /// alone at a superficial speed in m/s. At rest the limit from above: what they bear before the fluid yields.
+    pub fn drag(&self, curve: &FlowCurve, speed: f64) -> [f64; 3] {
         let scale = self.diameter / (self.spacing * self.spacing);
-        [self.across, self.along].map(|way| scale * way.force(curve, speed / self.diameter))
+        [self.across, self.single, self.along].map(|way| scale * way.force(curve, speed / self.diameter))
     }
 }
 
@@ -105,8 +111,18 @@ impl Way {
     fn across(s: f64) -> Self {
         let phi = share(s);
         let series = -0.5 * phi.ln() - 0.738 + phi - 0.887 * phi * phi + 2.038 * phi.powi(3);
-        let limit = (4.0 * 2f64.sqrt() + 2.0 * PI).min(2.0 * s * s / (s - 1.0));
+        let limit = limit_of_bar().min(2.0 * s * s / (s - 1.0));
         Self { viscous: 4.0 * PI / series, limit, excess: sheared_across(phi) / limit - 1.0, onset: 1.0 }
+    }
+
+    /// Across a row by itself, instead of many one behind the other, at a spacing in diameters.
+    fn of_single_row(self, s: f64) -> Self {
+        let t = 0.5 * PI / s;
+        let terms = [2.0 / 3.0, -1.0 / 9.0, 8.0 / 135.0, -53.0 / 1350.0];
+        let series = terms.into_iter().rev().fold(0.0, |sum, term| (sum + term) * t * t);
+        let limit = limit_of_bar();
+        let excess = self.excess * self.limit / limit;
+        Self { viscous: 8.0 * PI / (1.0 - 2.0 * (2.0 * t).ln() + series), limit, excess, ..self }
     }
 
     /// Along bars at a spacing in diameters.
@@ -134,6 +150,11 @@ impl Way {
         }
         self.limit * force
     }
+}
+
+/// N of a rough bar by itself.
+fn limit_of_bar() -> f64 {
+    4.0 * 2f64.sqrt() + 2.0 * PI
 }
 
 /// M across: the integral of the shear rate over a cell of Kuwabara's, whose bar takes the share `phi` of it, at u = d = 1.
@@ -173,7 +194,7 @@ mod tests {
     }
 
     /// Forces on a metre of bar of 1 m.
-    fn on_bar(s: f64, curve: &FlowCurve, speed: f64) -> [f64; 2] {
+    fn on_bar(s: f64, curve: &FlowCurve, speed: f64) -> [f64; 3] {
         BarGrid::new(1.0, s).drag(curve, speed).map(|drag| drag * s * s)
     }
 
@@ -182,22 +203,36 @@ mod tests {
         // Their table 1: solid fraction, force over viscosity and speed.
         for (phi, force) in [(0.05, 15.56), (0.10, 24.83), (0.20, 51.53)] {
             let s = (0.25 * PI / phi).sqrt();
-            let [across, _] = on_bar(s, &NEWTONIAN, 1.0);
+            let [across, ..] = on_bar(s, &NEWTONIAN, 1.0);
             // The last is where the series ends.
             assert!((across / force - 1.0).abs() < if phi < 0.15 { 2e-3 } else { 0.02 }, "{phi} {across}");
         }
     }
 
     #[test]
+    fn a_row_by_itself_bears_more_than_one_of_many() {
+        // Most where plugs slide between the rows; nothing but what a Newtonian fluid asks for where the rows do not feel each other.
+        for (s, more) in [(2.0, 0.49), (3.0, 0.32), (5.0, 0.0), (8.0, 0.0)] {
+            let [of_many, alone, _] = on_bar(s, &bingham(1.0), 0.0);
+            assert!((alone / of_many - 1.0 - more).abs() < 0.01, "{s}: {alone} {of_many}");
+            let [of_many, alone, _] = on_bar(s, &NEWTONIAN, 1.0);
+            assert!((1.0..1.08).contains(&(alone / of_many)), "{s}: {alone} {of_many}");
+        }
+        // Far apart both are much the same bar.
+        let [of_many, alone, _] = on_bar(1e4, &NEWTONIAN, 1.0);
+        assert!((alone / of_many - 1.0).abs() < 0.03, "{alone} {of_many}");
+    }
+
+    #[test]
     fn thin_bars_bear_twice_as_much_across_as_along() {
-        let [across, along] = on_bar(1e6, &NEWTONIAN, 1.0);
+        let [across, _, along] = on_bar(1e6, &NEWTONIAN, 1.0);
         assert!((across / along - 2.0).abs() < 0.01, "{across} {along}");
     }
 
     #[test]
     fn the_limit_load_is_exact_and_is_that_of_one_bar_or_of_rows() {
         for (s, limit) in [(3.0, 9.0), (8.0, 11.940039)] {
-            let [across, along] = on_bar(s, &bingham(2.0), 0.0);
+            let [across, _, along] = on_bar(s, &bingham(2.0), 0.0);
             assert!((across / (2.0 * limit) - 1.0).abs() < 1e-7, "{across}");
             assert!((along / (2.0 * PI / (1.0 - share(s))) - 1.0).abs() < 1e-12);
         }
@@ -212,7 +247,7 @@ mod tests {
             for k in 0..400 {
                 let u = 10f64.powf(0.02 * f64::from(k) - 5.0);
                 let (force, viscous) = (on_bar(s, &curve, u), on_bar(s, &NEWTONIAN, u));
-                for n in 0..2 {
+                for n in 0..3 {
                     assert!(force[n] > last[n] && force[n] >= rest[n] + viscous[n], "{s} {u}");
                 }
                 last = force;
@@ -225,7 +260,7 @@ mod tests {
         for s in [2.0, 3.0, 5.0, 8.0] {
             let (grid, u) = (BarGrid::new(1.0, s), 1e5);
             let (force, viscous) = (on_bar(s, &bingham(1.0), u), on_bar(s, &NEWTONIAN, u));
-            for (n, way) in [grid.across, grid.along].into_iter().enumerate() {
+            for (n, way) in [grid.across, grid.single, grid.along].into_iter().enumerate() {
                 let least = way.limit * (1.0 + way.excess);
                 assert!(way.excess > 0.0 && ((force[n] - viscous[n]) / least - 1.0).abs() < 1e-4);
             }
@@ -252,10 +287,10 @@ mod tests {
     #[test]
     fn along_bars_the_law_is_the_flow_in_the_cell() {
         for s in [2.0, 3.0, 5.0, 8.0, 12.0] {
-            let limit = on_bar(s, &bingham(1.0), 0.0)[1] / (s * s);
+            let limit = on_bar(s, &bingham(1.0), 0.0)[2] / (s * s);
             for over in [1.03, 1.1, 1.3, 1.6, 2.0, 3.0, 5.0, 10.0, 30.0] {
                 let u = cell_speed(s, over * limit);
-                let force = BarGrid::new(1.0, s).drag(&bingham(1.0), u)[1];
+                let force = BarGrid::new(1.0, s).drag(&bingham(1.0), u)[2];
                 // The transition is an interpolation.
                 assert!((force / (over * limit) - 1.0).abs() < 0.02, "{s} {over} {}", force / limit);
             }

@@ -6,8 +6,13 @@ use tremie_case::Case;
 use super::benchmark::{Check, Context, shown};
 use super::flow::{Flow, lattice};
 
-/// Distances of bars in diameters, and Bingham numbers.
-const SPACINGS: [u32; 3] = [3, 5, 8];
+/// Case files with what they are, and Bingham numbers.
+const PASSAGES: [(&str, &str); 4] = [
+    ("spacing-3", "3 diameters"),
+    ("spacing-5", "5 diameters"),
+    ("spacing-8", "8 diameters"),
+    ("one-row", "3 diameters, one row"),
+];
 const BINGHAM: [f64; 3] = [0.5, 5.0, 50.0];
 /// The one at which finer bars are shown, and how many times finer.
 const SHOWN: f64 = 5.0;
@@ -18,10 +23,10 @@ const STEADY: f64 = 1e-3;
 /// Head losses through bars and through a zone.
 pub(super) fn porous_cage(context: &Context) -> anyhow::Result<Vec<Check>> {
     let mut checks = Vec::new();
-    for spacing in SPACINGS {
-        let case = context.case(&format!("spacing-{spacing}.toml"))?;
+    for (file, passage) in PASSAGES {
+        let case = context.case(&format!("{file}.toml"))?;
         for number in BINGHAM {
-            let name = format!("{spacing} diameters, Bingham number {number}");
+            let name = format!("{passage}, Bingham number {number}");
             let (bars, cage) = alternatives(&at(&case, number)?);
             let (resolved, zone) = (head_loss(&bars)?, head_loss(&cage)?);
             checks.push(context.relative("head loss", format!("head loss, {name}"), "Pa", resolved, zone)?);

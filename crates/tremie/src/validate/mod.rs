@@ -188,7 +188,14 @@ const BENCHMARKS: &[Benchmark] = &[
     ),
     benchmark!(l_box::l_box_rest, "l-box-rest", "case.toml", "reference.csv"),
     benchmark!(control_volume::control_volume, "control-volume", "l-box.toml", "slab.toml"),
-    benchmark!(cage::porous_cage, "porous-cage", "spacing-3.toml", "spacing-5.toml", "spacing-8.toml"),
+    benchmark!(
+        cage::porous_cage,
+        "porous-cage",
+        "spacing-3.toml",
+        "spacing-5.toml",
+        "spacing-8.toml",
+        "one-row.toml"
+    ),
     benchmark!(lcpc_box::lcpc_box, "lcpc-box", "case.toml", "reference.csv"),
     benchmark!(slump::cone_rigid, "cone-rigid", "case.toml"),
     benchmark!(slump::cone_lift, "cone-lift", "case.toml"),
