@@ -28,35 +28,11 @@ pub(crate) struct Kinds {
     pub(crate) immersed: u8,
 }
 
-impl std::ops::BitOr for Kinds {
-    type Output = Self;
-
-    fn bitor(self, other: Self) -> Self {
-        Self {
-            liquid: self.liquid | other.liquid,
-            interface: self.interface | other.interface,
-            solid: self.solid | other.solid,
-            immersed: self.immersed | other.immersed,
-        }
-    }
-}
-
 impl Kinds {
     /// Cells with populations.
     #[inline(always)]
     pub(crate) fn wet(self) -> u8 {
         self.liquid | self.interface
-    }
-
-    /// The same change made to the bits of all kinds.
-    #[inline(always)]
-    pub(crate) fn map(self, change: impl Fn(u8) -> u8) -> Self {
-        Self {
-            liquid: change(self.liquid),
-            interface: change(self.interface),
-            solid: change(self.solid),
-            immersed: change(self.immersed),
-        }
     }
 
     /// Cells of air.

@@ -6,13 +6,16 @@
 //!
 //! An interface cell with no air beside it holds a void that fluid has closed over, as a front does that rolls on
 //! over a floor without slip. Left to itself it would exchange as much as any liquid cell and stay hollow for ever: a film of
-//! a tenth of a slump's volume. The void is air too, at the pressure of air; so towards other interface cells such a cell
-//! sees air, and the fluid around presses into it until it is full.
+//! a tenth of a slump's volume. The void is air too, at the pressure of air; so such a cell and the interface cells beside it see air towards each other
+//! (both: what one alone took for air would take its momentum from nowhere, up to 1 % of the weight of a slab while it reaches its form), and
+//! the fluid around presses into it until it is full.
 
 use std::ops::Index;
 
+use rayon::prelude::*;
+
 use crate::cage::Cages;
-use crate::grid::Kinds;
+use crate::grid::{AT_ONCE, Kinds};
 use crate::lanes::LANES;
 use crate::lattice::{C, Q};
 use crate::solids::{Contacts, Solids};
@@ -46,6 +49,10 @@ pub(crate) struct Rows {
     pub(crate) surface: Vec<SurfaceRow>,
     /// Whether any interface cell is too fast to be held for sure (module `support`).
     pub(crate) fast: bool,
+    /// Interface cells around a void, by row; none if there are none in the block.
+    voids: Option<[u8; ROWS]>,
+    /// Whether there are any here or in a block beside.
+    sees_voids: bool,
 }
 
 /// A row that touches only liquid.
@@ -72,7 +79,7 @@ pub(crate) struct SurfaceRow {
     pub(crate) solid: [u8; Q],
     /// A solid in the domain at -c, for cells that hold fluid.
     pub(crate) immersed: [u8; Q],
-    /// Nothing that could send a population from -c, for interface cells: air, or, where no air is beside, interface.
+    /// Nothing that could send a population from -c, for interface cells: air, or a void in interface.
     pub(crate) missing: [u8; Q],
     /// Liquid at -c, for interface cells.
     pub(crate) liquid: [u8; Q],
@@ -116,6 +123,20 @@ impl BulkRow {
 }
 
 impl SurfaceRow {
+    fn see_voids(&mut self, voids: &[Option<[u8; ROWS]>], links: &Links) {
+        let of = |slot: usize, row: usize| voids[slot].map_or(0, |voids| voids[row]);
+        let here = bits_at(of, links, &self.beside, C[0]);
+        for i in 1..Q {
+            let there = bits_at(of, links, &self.beside, C[i]);
+            self.missing[i] = self.air(i) | self.interface[i] & (here | there);
+        }
+    }
+
+    /// Air at -c, for interface cells.
+    pub(crate) fn air(&self, i: usize) -> u8 {
+        self.kinds.interface & !(self.liquid[i] | self.interface[i] | self.solid[i])
+    }
+
     /// Its first cell in the block.
     #[inline(always)]
     pub(crate) fn first(&self) -> usize {
@@ -138,21 +159,30 @@ pub(crate) const fn upstream(c: [i32; 3]) -> usize {
     ((1 - c[1]) + 3 * (1 - c[2])) as usize
 }
 
-/// The kinds of the cells at -c of the cells of a row.
-fn kinds_at(all: &[[Kinds; ROWS]], links: &Links, beside: &Beside, c: [i32; 3]) -> Kinds {
+/// What there is of the cells at -c of the cells of a row, of which `row_of` tells the bits of a row in a slot.
+#[inline(always)]
+fn bits_at(row_of: impl Fn(usize, usize) -> u8, links: &Links, beside: &Beside, c: [i32; 3]) -> u8 {
     let beside = beside[upstream(c)];
-    let row_of = |block: u8| all[links.slots[usize::from(block)] as usize][usize::from(beside.row)];
+    let row_of = |block: u8| row_of(links.slots[usize::from(block)] as usize, usize::from(beside.row));
     let row = row_of(beside.block);
     match c[0] {
         0 => row,
-        1 => {
-            let bit = row_of(beside.low).map(|bits| bits >> links.before().index & 1);
-            row.map(|bits| bits << 1) | bit
-        }
+        1 => row << 1 | row_of(beside.low) >> links.before().index & 1,
         _ => {
-            let bit = row_of(beside.high).map(|bits| (bits >> links.after().index & 1) << links.last);
-            row.map(|bits| bits >> 1 & !(1 << links.last)) | bit
+            let last = (row_of(beside.high) >> links.after().index & 1) << links.last;
+            row >> 1 & !(1 << links.last) | last
         }
+    }
+}
+
+/// The kinds of the cells at -c of the cells of a row.
+fn kinds_at(all: &[[Kinds; ROWS]], links: &Links, beside: &Beside, c: [i32; 3]) -> Kinds {
+    let of = |kind: fn(&Kinds) -> u8| bits_at(|slot, row| kind(&all[slot][row]), links, beside, c);
+    Kinds {
+        liquid: of(|kinds| kinds.liquid),
+        interface: of(|kinds| kinds.interface),
+        solid: of(|kinds| kinds.solid),
+        immersed: of(|kinds| kinds.immersed),
     }
 }
 
@@ -180,9 +210,11 @@ impl Rows {
         let is_stale = |row: u8| stale >> row & 1 == 1;
         self.bulk.retain(|row| !is_stale(row.row));
         self.surface.retain(|row| !is_stale(row.row));
+        let mut voids = self.voids.unwrap_or([0; ROWS]);
         for row in (0..ROWS).filter(|row| is_stale(*row as u8)) {
             let kinds = all[slot][row];
             let wet = kinds.wet();
+            voids[row] = 0;
             if wet == 0 {
                 continue;
             }
@@ -237,10 +269,7 @@ impl Rows {
             if found.any_immersed != 0 && solids.still {
                 found.contacts = Some(Box::new(solids.contacts(links, row * LANES, &found.immersed)));
             }
-            let trapped = kinds.interface & !found.any_air;
-            for i in 1..Q {
-                found.missing[i] |= found.interface[i] & trapped;
-            }
+            voids[row] = found.any_interface & !found.any_air;
             if kinds.liquid & wet_around == 0xff && !found.caged {
                 let SurfaceRow { row, beside, shore, .. } = found;
                 self.bulk.push(BulkRow { row, beside, shore });
@@ -248,8 +277,26 @@ impl Rows {
                 self.surface.push(found);
             }
         }
+        self.voids = (voids != [0; ROWS]).then_some(voids);
         self.bulk.sort_by_key(|row| row.row);
         self.surface.sort_by_key(|row| row.row);
+    }
+
+    /// Lets the rows of all blocks that are in use see voids as they are now.
+    pub(crate) fn see_voids(all: &mut [Rows], links: &[Links]) {
+        if !all.iter().any(|rows| rows.sees_voids || rows.voids.is_some()) {
+            return;
+        }
+        let voids: Vec<_> = all.iter().map(|rows| rows.voids).collect();
+        all.par_iter_mut().zip(links).with_max_len(AT_ONCE).for_each(|(rows, links)| {
+            let near = links.slots.iter().any(|slot| voids[*slot as usize].is_some());
+            if near || rows.sees_voids {
+                for row in rows.surface.iter_mut().filter(|row| row.any_interface != 0) {
+                    row.see_voids(&voids, links);
+                }
+            }
+            rows.sees_voids = near;
+        });
     }
 
     /// Whether no row holds fluid.

@@ -398,7 +398,7 @@ fn reach<T: Real>(around: &SurfaceRow, fill: Lanes<T>, shape: &Shape<T>, finding
     let lasting = around.any_air & thin & !(findings.full[row] | findings.empty[row]);
     for i in 1..=6 {
         let beside = (1..=6).filter(|j| (j - 1) / 2 != (i - 1) / 2);
-        let films = beside.fold(0, |bits, j| bits | around.solid[j]) & around.missing[i] & lasting;
+        let films = beside.fold(0, |bits, j| bits | around.solid[j]) & around.air(i) & lasting;
         for k in (0..LANES).filter(|k| films >> k & 1 == 1) {
             let share = shape[(SHARE + opposite(i) - 1, first + k)].to_f64();
             let speed = shape[(VELOCITY + (i - 1) / 2, first + k)].to_f64();
@@ -678,6 +678,7 @@ impl<T: Real> Grid<T> {
                 }
                 rows.fast = rows.any_fast(shape, gravity);
             });
+        Rows::see_voids(rows, links);
         let fast: Vec<bool> = rows.iter().map(|rows| rows.fast).collect();
         if !fast.contains(&true) {
             return;
