@@ -97,20 +97,22 @@ impl Domain {
         at.cmpge(self.min).all() && at.cmple(self.max).all()
     }
 
-    /// The place in the domain of what is seen at a point in m beyond its periodic sides and planes of symmetry (by less than its size).
+    /// The place of what is seen at a point in m beyond periodic sides and planes of symmetry: in the domain, but for what is seen in a single mirror from further away than its size.
     pub fn image(&self, mut at: DVec3) -> DVec3 {
         for axis in 0..3 {
-            let (low, high) = (self.min[axis], self.max[axis]);
-            let (side, edge) = match at[axis] {
-                a if a < low => (self.sides[2 * axis], low),
-                a if a > high => (self.sides[2 * axis + 1], high),
-                _ => continue,
+            let (low, length) = (self.min[axis], self.max[axis] - self.min[axis]);
+            let way = at[axis] - low;
+            let inside = match [self.sides[2 * axis], self.sides[2 * axis + 1]] {
+                [Side::Periodic, _] => way.rem_euclid(length),
+                [Side::Symmetry, Side::Symmetry] => {
+                    let folded = way.rem_euclid(2.0 * length);
+                    folded.min(2.0 * length - folded)
+                }
+                [Side::Symmetry, _] => way.abs(),
+                [_, Side::Symmetry] => length - (length - way).abs(),
+                _ => way,
             };
-            match side {
-                Side::Symmetry => at[axis] = 2.0 * edge - at[axis],
-                Side::Periodic => at[axis] += low + high - 2.0 * edge,
-                Side::Wall { .. } | Side::Open => {}
-            }
+            at[axis] = low + inside;
         }
         at
     }
@@ -841,5 +843,32 @@ impl Case {
             found.unwrap_or_else(|| document.locate(keys.first().copied().unwrap_or_default()))
         });
         InvalidCase::new(&self.name, &self.text, Fault::new(span, problem, advice)).into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn images_lie_behind_mirrors_and_periodic_sides() {
+        use Side::{Open, Periodic, Symmetry};
+        let domain = |sides| Domain { min: DVec3::ONE, max: DVec3::splat(3.0), gravity: DVec3::ZERO, sides };
+        let seen = |sides: [Side; 2], at: f64| {
+            let [low, high] = sides;
+            domain([low, high, Open, Open, Open, Open]).image(DVec3::new(at, -5.0, 2.0))
+        };
+        for (sides, at, place) in [
+            ([Periodic, Periodic], 7.5, 1.5),
+            ([Periodic, Periodic], -0.5, 1.5),
+            ([Symmetry, Symmetry], 6.5, 2.5),
+            ([Symmetry, Symmetry], 0.5, 1.5),
+            ([Symmetry, Open], 0.5, 1.5),
+            ([Open, Symmetry], 3.5, 2.5),
+            ([Open, Symmetry], 0.5, 0.5),
+            ([Open, Open], 9.0, 9.0),
+        ] {
+            assert_eq!(seen(sides, at), DVec3::new(place, -5.0, 2.0), "{sides:?} {at}");
+        }
     }
 }
