@@ -10,7 +10,7 @@ use tremie_numerics::DVec3;
 use tremie_rheology::FlowCurve;
 use tremie_suspension::{Carrier, Flat, Periods, Push, Seen, Wall, Walls, hold};
 
-use crate::collision::least_odd;
+use crate::collision::nearly_inviscid;
 use crate::delta::{Around, beyond, mirrored};
 use crate::grid::Grid;
 use crate::immersed::{Immersed, TAKES};
@@ -66,7 +66,7 @@ impl<T: Real> Carrier for Lattice<'_, T> {
     }
 
     fn line_radius(&self) -> f64 {
-        let inviscid = least_odd(self.scaling.viscosity(self.viscosity())) > 0.0;
+        let inviscid = nearly_inviscid(self.scaling.viscosity(self.viscosity()));
         (if inviscid { LINE_RADIUS_INVISCID } else { LINE_RADIUS }) * self.scaling.cell_size
     }
 
