@@ -180,7 +180,7 @@ pub(crate) fn grips(form: &Form, coupling: Coupling, medium: &Medium) -> Vec<Gri
         Form::Fibre { length, diameter } => {
             let inside = |p: DVec3| p.truncate().length() <= 1.0;
             let half = DVec3::new(0.5 * diameter, 0.5 * diameter, 0.5 * length);
-            throughout(half, inside, 2.0 * PI, medium)
+            throughout(half, inside, 2.0 * PI, DVec3::new(0.25, 0.25, 1.0 / 3.0), medium)
         }
         Form::Sphere { diameter } => ellipsoid(DVec3::splat(0.5 * diameter), medium),
         Form::Ellipsoid { half_axes } => ellipsoid(half_axes, medium),
@@ -208,11 +208,17 @@ fn per_length(diameter: f64, coupling: Coupling, medium: &Medium) -> ([f64; 2], 
 
 fn ellipsoid(half_axes: DVec3, medium: &Medium) -> Vec<Grip> {
     let inside = |p: DVec3| p.length() <= 1.0;
-    throughout(half_axes, inside, 4.0 / 3.0 * PI, medium)
+    throughout(half_axes, inside, 4.0 / 3.0 * PI, DVec3::splat(0.2), medium)
 }
 
-/// Points throughout the volume of a form that lies within `half`; `inside` and `volume` are those of the form within 1.
-fn throughout(half: DVec3, inside: impl Fn(DVec3) -> bool, volume: f64, medium: &Medium) -> Vec<Grip> {
+/// Points throughout the volume of a form that lies within `half`; `inside`, `volume` and `seconds`, the mean square of the place along each axis, are those of the form within 1.
+fn throughout(
+    half: DVec3,
+    inside: impl Fn(DVec3) -> bool,
+    volume: f64,
+    seconds: DVec3,
+    medium: &Medium,
+) -> Vec<Grip> {
     let radius = half.element_product().cbrt() / medium.grain;
     let short = overhang(medium.lattice_viscosity(), radius) * medium.grain;
     // A body smaller than that is a point.
@@ -229,13 +235,17 @@ fn throughout(half: DVec3, inside: impl Fn(DVec3) -> bool, volume: f64, medium: 
             grips.push(at);
         }
     }
-    // As many points as they are, they stand for the whole volume.
+    // As many points as they are, they stand for the whole volume, and are as much longer than thick as the form is (points of a spheroid five times as long as
+    // thick, 6 cells, would stand for one of 4.8).
     let share = volume * half.element_product() / grips.len() as f64;
-    let scale = (share / spacing.element_product()).cbrt();
+    let squares = grips.iter().map(|at| *at * *at).sum::<DVec3>();
+    let longer = half * (seconds * grips.len() as f64).map(f64::sqrt) / squares.map(f64::sqrt);
+    let longer = longer.map(|of| if of.is_finite() { of } else { 1.0 });
+    let scale = longer * (share / spacing.element_product() / longer.element_product()).cbrt();
     let zeta = medium.density / medium.time_step * share;
     let steady = 1.0 / grips.len() as f64;
     // Points lie alike on both sides of all three planes. Along an axis along which all are in the middle there is no moment.
-    let second = scale * scale * grips.iter().map(|at| *at * *at).sum::<DVec3>();
+    let second = scale * scale * squares;
     let inverse = second.map(|of| if of > 0.0 { of.recip() } else { 0.0 });
     let grip = |at: DVec3| {
         let at = scale * at;
@@ -265,5 +275,16 @@ mod tests {
             assert!(first.abs() < 1e-12);
         }
         assert_eq!(grips(&Form::Fibre { length: 6.0, diameter: 0.075 }, Coupling::Slender, &medium).len(), 7);
+    }
+
+    #[test]
+    fn points_of_a_spheroid_are_as_slender_as_it_is() {
+        let medium = Medium { grain: 1.0, line_radius: 1.15, density: 1.0, viscosity: 0.3, time_step: 1.0 };
+        for half in [DVec3::new(3.0, 3.0, 15.0), DVec3::new(2.5, 4.2, 3.0)] {
+            let squares: DVec3 = ellipsoid(half, &medium).iter().map(|grip| grip.at * grip.at).sum();
+            let filled = half - overhang(0.3, half.element_product().cbrt());
+            let slender = |of: DVec3| of / of.x;
+            assert!((slender(squares.map(f64::sqrt)) - slender(filled)).length() < 1e-12, "{squares}");
+        }
     }
 }
