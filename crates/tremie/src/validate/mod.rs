@@ -201,7 +201,7 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(slump::cone_lift, "cone-lift", "case.toml"),
     benchmark!(stl::stl_cone, "stl-cone", "case.toml"),
     benchmark!(slump::gravity_current, "gravity-current", "case.toml"),
-    benchmark!(slump::slump_stiff, "slump-stiff", "case.toml", "reference.csv"),
+    benchmark!(slump::slump_stiff, "slump-stiff", "case.toml", "lifted.toml", "reference.csv"),
     benchmark!(slump::slump_thesis, "slump-thesis", "case.toml"),
     benchmark!(drag::cylinder_drag, "cylinder-drag", "case.toml"),
     benchmark!(drag::sphere_drag, "sphere-drag", "case.toml"),
