@@ -49,7 +49,7 @@ use crate::relaxation::Relaxation;
 use crate::support::weighs;
 
 /// The magic parameter of the two relaxation rates.
-const MAGIC: f64 = 3.0 / 16.0;
+pub(crate) const MAGIC: f64 = 3.0 / 16.0;
 
 /// Lattice viscosity below which a fluid counts as nearly inviscid.
 const NEARLY_INVISCID: f64 = 1.0 / 64.0;
@@ -68,6 +68,14 @@ const INVISCID: f64 = 1.0 / 256.0;
 pub(crate) fn least_odd(viscosity: f64) -> f64 {
     let [thick, thin] = LEAST_ODD;
     if nearly_inviscid(viscosity) { (thin * INVISCID / viscosity).clamp(thick, thin) } else { 0.0 }
+}
+
+/// The magic parameter that a Newtonian fluid of a lattice viscosity has.
+pub(crate) fn magic(viscosity: f64) -> f64 {
+    match least_odd(viscosity) {
+        0.0 => MAGIC,
+        rate => MAGIC.min(3.0 * viscosity * (rate.recip() - 0.5)),
+    }
 }
 
 /// Relaxation rates that do not depend on the stress.
