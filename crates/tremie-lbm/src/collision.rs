@@ -61,7 +61,8 @@ pub(crate) fn nearly_inviscid(viscosity: f64) -> bool {
 
 /// Relaxation rates of the odd moments at least, in the thickest and the thinnest nearly inviscid fluids.
 const LEAST_ODD: [f64; 2] = [0.5, 1.0];
-/// Lattice viscosity from which on downwards it is the latter.
+/// Lattice viscosity from which on downwards it is the latter. (With 1/4 a dam break at a few thousandths is torn apart; with 1/2 splashes at 0.001 and 0.002
+/// break down that do not with 1, of thirty from 0.004 on none.)
 const INVISCID: f64 = 1.0 / 256.0;
 
 /// Least relaxation rate of the odd moments in a fluid of a lattice viscosity.
