@@ -31,7 +31,7 @@ pub use crowding::crowding;
 pub use curve::along_curve;
 pub use kernel::{Dimension, Kernel, Smoothing};
 pub use krylov::{Failure, Method, Operator, Settings, Solved, solve};
-pub use matrix::{Block, Matrix};
+pub use matrix::{Block, Matrix, Number};
 pub use mirror::{Image, Standing, images};
 pub use multigrid::Multigrid;
 pub use neighbours::Neighbours;

@@ -1,7 +1,7 @@
 //! Matrices with few entries in a row: one for the node itself, and others for its neighbours. A node has N unknowns, such as the components of a velocity, and an entry is a block that
 //! couples those of two nodes. Vectors hold the unknowns of the nodes one after the other.
 
-use std::ops::{AddAssign, Mul, Sub};
+use std::ops::{Add, AddAssign, Div, Mul, Sub};
 
 use rayon::prelude::*;
 
@@ -11,10 +11,46 @@ use crate::Operator;
 const CHUNK: usize = 1024;
 
 /// Numbers that matrices are made of.
-pub trait Number: Copy + Default + Send + Sync + Sub<Output = Self> + Mul<Output = Self> + AddAssign {}
+pub trait Number:
+    Copy
+    + Default
+    + Send
+    + Sync
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + AddAssign
+{
+    /// As many digits of a number as it has.
+    fn told(number: f64) -> Self;
+    /// It in 64 bits.
+    fn in_full(self) -> f64;
+}
 
-impl Number for f64 {}
-impl Number for f32 {}
+impl Number for f64 {
+    #[inline(always)]
+    fn told(number: f64) -> Self {
+        number
+    }
+
+    #[inline(always)]
+    fn in_full(self) -> f64 {
+        self
+    }
+}
+
+impl Number for f32 {
+    #[inline(always)]
+    fn told(number: f64) -> Self {
+        number as f32
+    }
+
+    #[inline(always)]
+    fn in_full(self) -> f64 {
+        f64::from(self)
+    }
+}
 
 /// What couples the unknowns of two nodes, by rows.
 pub type Block<const N: usize, T = f64> = [[T; N]; N];
@@ -184,22 +220,21 @@ impl<const N: usize, T: Number> Matrix<N, T> {
         let ((low, high), (lower, upper)) = (columns.split_at(at as usize), values.split_at(at as usize));
         [(low, lower), (high, upper)]
     }
+}
 
+impl<const N: usize> Matrix<N> {
     /// A row times a vector.
     #[inline]
-    fn row(&self, row: usize, x: &[[T; N]]) -> [T; N] {
+    fn row<T: Number>(&self, row: usize, x: &[[T; N]]) -> [T; N] {
         let mut sum = [T::default(); N];
-        add_product(&mut sum, &self.diagonal[row], &x[row]);
-        for (column, block) in self.others(row) {
-            add_product(&mut sum, block, &x[column]);
-        }
+        let mut add = |block: &Block<N>, x: &[T; N]| {
+            for (sum, row) in sum.iter_mut().zip(block) {
+                row.iter().zip(x).for_each(|(value, x)| *sum += T::told(*value) * *x);
+            }
+        };
+        add(&self.diagonal[row], &x[row]);
+        self.others(row).for_each(|(column, block)| add(block, &x[column]));
         sum
-    }
-
-    /// `to` = A x.
-    pub fn times(&self, x: &[T], to: &mut [T]) {
-        let x = nodes(x);
-        rows(nodes_mut(to), |row, to| *to = self.row(row, x));
     }
 }
 
@@ -209,9 +244,14 @@ impl<const N: usize> Operator for Matrix<N> {
         rows(nodes_mut(to), |row, to| *to = self.row(row, x));
     }
 
-    fn over_diagonal(&self, of: &[f64]) -> Vec<f64> {
+    fn times_roughly(&self, x: &[f32], to: &mut [f32]) {
+        let x = nodes(x);
+        rows(nodes_mut(to), |row, to| *to = self.row(row, x));
+    }
+
+    fn over_diagonal<T: Number>(&self, of: &[T]) -> Vec<T> {
         let mut to = of.to_vec();
-        rows(&mut to, |n, to| *to /= self.diagonal[n / N][n % N][n % N]);
+        rows(&mut to, |n, to| *to = *to / T::told(self.diagonal[n / N][n % N][n % N]));
         to
     }
 }

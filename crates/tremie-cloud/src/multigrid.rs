@@ -20,7 +20,7 @@ use tremie_numerics::DVec3;
 
 use crate::Matrix;
 use crate::curve::keys;
-use crate::matrix::{Block, add_product, nodes, nodes_mut, rows};
+use crate::matrix::{Block, Number, add_product, nodes, nodes_mut, rows};
 
 /// Couplings smaller than this share of the largest of either node are left out: those beyond the nearest neighbours of a lattice along its axes and across its squares. In space they are three of four,
 /// and without them there are about as many iterations.
@@ -110,27 +110,29 @@ impl<const N: usize, const M: usize> Multigrid<N, M> {
     }
 
     /// About the solution of `A x = b`, by one cycle from zero on; symmetric if A is.
-    pub(crate) fn cycle(&self, b: &[f64]) -> Vec<f64> {
-        let mut to = vec![0.0; b.len()];
+    pub(crate) fn cycle<T: Number>(&self, b: &[T]) -> Vec<T> {
+        let mut to = vec![T::default(); b.len()];
         // So that nothing is too small or too large for 32 bits.
-        let scale = b.iter().fold(0.0, |scale: f64, b| scale.max(b.abs()));
+        let scale = b.iter().fold(0.0, |scale: f64, b| scale.max(b.in_full().abs()));
         if scale == 0.0 {
             return to;
         }
-        let b = nodes::<N, f64>(b);
+        let b = nodes::<N, T>(b);
         let mut ordered = vec![0.0; N * self.order.len()];
         rows(nodes_mut::<N, f32>(&mut ordered), |place, to| {
-            *to = b[self.order[place] as usize].map(|b| (b / scale) as f32);
+            *to = b[self.order[place] as usize].map(|b| (b.in_full() / scale) as f32);
         });
         let x = descend(&self.grid, self.first.as_ref(), &self.rest, &ordered);
         let x = nodes::<N, f32>(&x);
-        rows(nodes_mut::<N, f64>(&mut to), |node, to| {
+        rows(nodes_mut::<N, T>(&mut to), |node, to| {
             if self.places[node] != NONE {
-                *to = x[self.places[node] as usize].map(|x| scale * f64::from(x));
+                *to = x[self.places[node] as usize].map(|x| T::told(scale * f64::from(x)));
             }
         });
         for (node, inverse) in &self.alone {
-            add_product(&mut nodes_mut::<N, f64>(&mut to)[*node as usize], inverse, &b[*node as usize]);
+            let mut sum = [0.0; N];
+            add_product(&mut sum, inverse, &b[*node as usize].map(Number::in_full));
+            nodes_mut::<N, T>(&mut to)[*node as usize] = sum.map(T::told);
         }
         to
     }

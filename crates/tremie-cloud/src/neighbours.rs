@@ -78,14 +78,14 @@ impl Grid {
         x + self.count[0] * (y + self.count[1] * z)
     }
 
-    /// What lies in a cell or near it.
-    fn around(&self, [x, y, z]: [usize; 3]) -> impl Iterator<Item = &(u32, DVec3)> {
+    /// What lies in a cell or near it, run by run.
+    fn around(&self, [x, y, z]: [usize; 3]) -> impl Iterator<Item = &[(u32, DVec3)]> {
         let range = |at: usize, axis: usize| {
             at.saturating_sub(self.reach)..(at + self.reach + 1).min(self.count[axis])
         };
         let along = range(x, 0);
         let rows = range(z, 2).flat_map(move |z| range(y, 1).map(move |y| (y, z)));
-        rows.flat_map(move |(y, z)| {
+        rows.map(move |(y, z)| {
             let first = self.starts[self.index([along.start, y, z])];
             let end = self.starts[self.index([along.end - 1, y, z]) + 1];
             &self.sorted[first as usize..end as usize]
@@ -111,10 +111,17 @@ impl Neighbours {
         let grid = Grid::new(positions, radius);
         Self::listed(number, |n, list| {
             let at = positions[n];
-            let near = grid.around(grid.cell(at)).filter(|(other, place)| {
-                *other as usize != n && place.distance_squared(at) < radius * radius
-            });
-            list.extend(near.map(|(other, _)| *other));
+            for run in grid.around(grid.cell(at)) {
+                // All are written down, one over the other until one is near: nothing can be foretold.
+                let mut end = list.len();
+                list.resize(end + run.len(), 0);
+                for (other, place) in run {
+                    list[end] = *other;
+                    let near = place.distance_squared(at) < radius * radius;
+                    end += usize::from(near & (*other as usize != n));
+                }
+                list.truncate(end);
+            }
         })
     }
 
@@ -143,12 +150,26 @@ impl Neighbours {
         new
     }
 
-    /// Without the pairs that are not `good`, given by the node and its neighbour, and in the order of numbers.
+    /// Without the pairs that are not `good`, given by the node and its neighbour.
     #[must_use]
     pub fn only(&self, good: impl Fn(usize, usize) -> bool + Sync) -> Self {
         Self::listed(self.len(), |n, list| {
-            let begin = list.len();
             list.extend(self.of(n).iter().filter(|other| good(n, **other as usize)));
+        })
+    }
+
+    /// Those nearer than `radius` to nodes at `positions`, both in m, in the order of numbers.
+    #[must_use]
+    pub fn nearer(&self, positions: &[DVec3], radius: f64) -> Self {
+        Self::listed(self.len(), |n, list| {
+            let (at, begin) = (positions[n], list.len());
+            let mut end = begin;
+            list.resize(begin + self.of(n).len(), 0);
+            for other in self.of(n) {
+                list[end] = *other;
+                end += usize::from(positions[*other as usize].distance_squared(at) < radius * radius);
+            }
+            list.truncate(end);
             list[begin..].sort_unstable();
         })
     }

@@ -51,7 +51,7 @@ pub fn reorder(
     let kernel = Smoothing::new(Kernel::Cubic, dimension, REACH * spacing);
     let number = near.len();
     let reach = kernel.support() + MOST * spacing;
-    let near = near.only(|a, b| positions[a].distance_squared(positions[b]) < reach * reach);
+    let near = near.nearer(positions, reach);
     // Nearest and next to nearest neighbours in a lattice, and in space also those across a face of a cube.
     let (first, second) = if dimension == Dimension::Two { (4.0, 4.0) } else { (6.0, 12.0) };
     let whole = first * kernel.weight(spacing) + second * kernel.weight(2f64.sqrt() * spacing);

@@ -155,6 +155,12 @@ impl Surroundings {
         (n >= self.number).then(|| &self.sources[n])
     }
 
+    /// The velocity gradient of a particle, image or copy, by those of particles.
+    #[inline]
+    pub fn gradient(&self, n: usize, of: &[DMat3]) -> DMat3 {
+        self.image(n).map_or_else(|| of[n], |source| source.gradient(of))
+    }
+
     /// What is told of each particle.
     pub fn each<T: Send>(&self, of: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
         (0..self.number).into_par_iter().with_min_len(64).map(of).collect()

@@ -11,7 +11,9 @@
 //! What a step leaves besides, and what the surface bears, is in `tremie_cloud::stiffness`.
 
 use tremie_cloud::stiffness::Stiffness;
-use tremie_cloud::{Block, Failure, Gradients, Matrix, Method, Multigrid, Settings, Source, crowding, solve};
+use tremie_cloud::{
+    Block, Failure, Gradients, Matrix, Method, Multigrid, Operator, Settings, Source, crowding, solve,
+};
 use tremie_numerics::DVec3;
 
 use crate::Fluid;

@@ -48,9 +48,7 @@ impl<'a> Stencils<'a> {
             Operators::Paper => PAPER,
         } * around.spacing;
         let kernel = Smoothing::new(Kernel::Cubic, around.dimension, reach);
-        let near = around
-            .near
-            .only(|a, b| around.positions[a].distance_squared(around.positions[b]) < reach * reach);
+        let near = around.near.nearer(&around.positions, reach);
         let weight = |_, _, distance: f64| kernel.weight(distance);
         let gradients = Gradients::new(&around.positions, &near, around.dimension, weight);
         let (told, slopes) = near.told(|a, to: &mut [DVec3]| {
@@ -182,7 +180,7 @@ impl<'a> Stencils<'a> {
             pairs
                 .map(move |(n, w)| (*n as usize, w * at.distance_squared(self.around.positions[*n as usize])))
         };
-        let seen = |_, n: usize| self.around.sources[n].gradient(&found);
+        let seen = |_, n: usize| self.around.gradient(n, &found);
         let gradients = match self.operators {
             Operators::Exact => sharpened(self.around, &self.surface, &found, extents, seen),
             Operators::Paper => found.clone(),

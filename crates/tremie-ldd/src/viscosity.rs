@@ -15,10 +15,12 @@
 //!
 //! At the surface c is as in the lattice, and the sum over c x_ij points into the fluid: what is missing on the other side is the stress that is not there. Across the surface all of it is raised (`tremie_cloud::stiffness`).
 
+use std::ops::{AddAssign, Mul, Sub};
+
 use rayon::prelude::*;
 use tremie_cloud::stiffness::raise;
-use tremie_cloud::{Block, Failure, Matrix, Method, Multigrid, Operator, Settings, Source, solve};
-use tremie_numerics::{DMat3, DVec3};
+use tremie_cloud::{Block, Failure, Matrix, Method, Multigrid, Number, Operator, Settings, solve};
+use tremie_numerics::{DMat3, DVec3, DVec4, Vec4};
 use tremie_simulation::scattered::Pull;
 
 use crate::stencils::Stencils;
@@ -50,11 +52,11 @@ fn full<const D: usize>(of: &[f64; D]) -> DVec3 {
 
 /// What the difference of velocities to a neighbour in the way x is multiplied with: c mu + B (W mu x) s^T, at the surface raised across it.
 #[derive(Debug, Clone, Copy, Default)]
-struct Pair {
+struct Pair<T = f64> {
     /// c mu in Pa s/m2.
-    stiff: f64,
+    stiff: T,
     /// W mu in Pa s.
-    turning: f64,
+    turning: T,
 }
 
 /// B and s of a node: s = sum c mu x, and B = (sum W mu x x^T)^-1, and by what forces across the surface are raised; zero where the stress does not turn with its gradient.
@@ -70,7 +72,7 @@ impl Turn {
         let (g, s) = (self.inverse * (pair.turning * x), self.slope);
         let block =
             DMat3::from_diagonal(DVec3::splat(pair.stiff)) + DMat3::from_cols(s.x * g, s.y * g, s.z * g);
-        raise(self.raised) * block
+        if self.raised == DVec3::ZERO { block } else { raise(self.raised) * block }
     }
 }
 
@@ -100,13 +102,141 @@ fn couplings(stencils: &Stencils, viscosity: &[f64], turns: bool) -> (Vec<Turn>,
     })
 }
 
-/// Minus div(2 mu E), and what the mass of nodes in D dimensions, of which cells move and turn in M ways, adds.
+/// Vectors where they are multiplied: three components and one that is zero, so that they fill a register.
+trait Wide:
+    Copy + Default + Send + Sync + Sub<Output = Self> + AddAssign + Mul<Self::Part, Output = Self>
+{
+    /// What components are.
+    type Part: Number;
+
+    fn of(components: [Self::Part; 4]) -> Self;
+    fn parts(self) -> [Self::Part; 4];
+    fn dot(self, other: Self) -> Self::Part;
+}
+
+impl Wide for Vec4 {
+    type Part = f32;
+
+    #[inline(always)]
+    fn of(components: [f32; 4]) -> Self {
+        Self::from_array(components)
+    }
+
+    #[inline(always)]
+    fn parts(self) -> [f32; 4] {
+        self.to_array()
+    }
+
+    #[inline(always)]
+    fn dot(self, other: Self) -> f32 {
+        self.dot(other)
+    }
+}
+
+impl Wide for DVec4 {
+    type Part = f64;
+
+    #[inline(always)]
+    fn of(components: [f64; 4]) -> Self {
+        Self::from_array(components)
+    }
+
+    #[inline(always)]
+    fn parts(self) -> [f64; 4] {
+        self.to_array()
+    }
+
+    #[inline(always)]
+    fn dot(self, other: Self) -> f64 {
+        self.dot(other)
+    }
+}
+
+/// A vector of so many components.
+#[inline(always)]
+fn wide<const D: usize, V: Wide>(of: &[V::Part; D]) -> V {
+    V::of(std::array::from_fn(|k| of.get(k).copied().unwrap_or_default()))
+}
+
+/// The same vector in other digits.
+fn told<V: Wide>(of: DVec4) -> V {
+    V::of(of.to_array().map(V::Part::told))
+}
+
+/// What a node makes of the differences of velocities around it: a `Turn` by columns of B, and density over the step and the share of its stress that is of the new velocities.
+#[derive(Debug, Clone, Copy)]
+struct Row<V: Wide> {
+    inverse: [V; 3],
+    slope: V,
+    raised: V,
+    rate: V::Part,
+}
+
+/// Minus div(2 mu E), and what the mass of nodes adds.
+struct Coupled<V: Wide> {
+    /// Places of nodes and images in m.
+    places: Vec<V>,
+    rows: Vec<Row<V>>,
+    pairs: Vec<Pair<V::Part>>,
+}
+
+impl Coupled<DVec4> {
+    /// The same in other digits.
+    fn told<V: Wide>(&self) -> Coupled<V> {
+        let row = |row: &Row<DVec4>| Row {
+            inverse: row.inverse.map(told),
+            slope: told(row.slope),
+            raised: told(row.raised),
+            rate: V::Part::told(row.rate),
+        };
+        let pair =
+            |pair: &Pair| Pair { stiff: V::Part::told(pair.stiff), turning: V::Part::told(pair.turning) };
+        Coupled {
+            places: self.places.par_iter().with_min_len(1024).map(|at| told(*at)).collect(),
+            rows: self.rows.par_iter().with_min_len(1024).map(row).collect(),
+            pairs: self.pairs.par_iter().with_min_len(1024).map(pair).collect(),
+        }
+    }
+}
+
+impl<V: Wide> Coupled<V> {
+    /// `to` = A x.
+    fn times<const D: usize>(&self, stencils: &Stencils, x: &[V::Part], to: &mut [V::Part]) {
+        let around = stencils.around;
+        let own = x.as_chunks::<D>().0;
+        let mut seen: Vec<[V; 2]> = Vec::with_capacity(self.places.len());
+        seen.extend(own.iter().zip(&self.places).map(|(u, at)| [wide::<D, V>(u), *at]));
+        let images = around.sources[around.number..].iter().zip(&self.places[around.number..]);
+        seen.extend(images.map(|(source, at)| {
+            let turned: [f64; D] = flat(source.turn * full(&own[source.of].map(Number::in_full)));
+            [wide::<D, V>(&turned.map(V::Part::told)), *at]
+        }));
+        let row = |a: usize, to: &mut [V::Part; D]| {
+            let ([u, at], row) = (seen[a], &self.rows[a]);
+            let (mut force, mut turned) = (V::default(), V::default());
+            for (n, pair) in stencils.near.of(a).iter().zip(&self.pairs[stencils.near.range(a)]) {
+                let [other, place] = seen[*n as usize];
+                let past = u - other;
+                force += past * pair.stiff;
+                turned += (place - at) * (pair.turning * row.slope.dot(past));
+            }
+            for (column, turned) in row.inverse.into_iter().zip(turned.parts()) {
+                force += column * turned;
+            }
+            force += row.raised * row.raised.dot(force);
+            force += u * row.rate;
+            let force = force.parts();
+            *to = std::array::from_fn(|k| force[k]);
+        };
+        around.fill(to.as_chunks_mut::<D>().0, row);
+    }
+}
+
+/// The system of a step for nodes in D dimensions, of which cells move and turn in M ways.
 struct System<'a, const D: usize, const M: usize> {
     stencils: &'a Stencils<'a>,
-    places: Vec<[f64; D]>,
-    turns: Vec<(Block<D>, [f64; D])>,
-    raised: Vec<[f64; D]>,
-    pairs: Vec<Pair>,
+    coupled: Coupled<DVec4>,
+    roughly: Coupled<Vec4>,
     diagonal: Vec<[f64; D]>,
     /// Velocities in m/s at the start.
     start: Vec<[f64; D]>,
@@ -114,9 +244,8 @@ struct System<'a, const D: usize, const M: usize> {
     carried: Vec<[f64; D]>,
     /// Whether cells of nodes move as one.
     multigrid: Option<Multigrid<D, M>>,
-    /// Share of the stress that is of the new velocities, and density over the step and that.
+    /// Share of the stress that is of the new velocities.
     shares: Vec<f64>,
-    rates: Vec<f64>,
 }
 
 fn entries<const D: usize>(block: DMat3) -> Block<D> {
@@ -164,16 +293,20 @@ impl<'a, const D: usize, const M: usize> System<'a, D, M> {
         let own = |a: usize| {
             let mut own = DMat3::from_diagonal(DVec3::splat(rates[a]));
             let mut carried = bends.get(a).copied().unwrap_or_default();
+            // All of them are as one that weighs and turns as they do together.
+            let (mut all, mut way) = (Pair { stiff: 0.0, turning: 1.0 }, DVec3::ZERO);
             for (x, pair, image, of) in others(a) {
-                let block = turns[a].block(pair, x);
-                own += block;
+                all.stiff += pair.stiff;
+                way += pair.turning * x;
                 if let Some(image) = image {
+                    let block = turns[a].block(pair, x);
                     carried += block * image.carried;
                     if of == a {
                         own -= block * image.turn;
                     }
                 }
             }
+            own += turns[a].block(&all, way);
             (flat(DVec3::new(own.x_axis.x, own.y_axis.y, own.z_axis.z)), flat(carried))
         };
         let (diagonal, carried) = around.each(own).into_iter().unzip();
@@ -201,11 +334,23 @@ impl<'a, const D: usize, const M: usize> System<'a, D, M> {
             let strong = Matrix::build(around.number, row);
             Multigrid::new(&strong, &at[..around.number], around.spacing)
         });
-        let places = at.iter().map(|at| flat(*at)).collect();
-        let raised = turns.iter().map(|turn| flat(turn.raised)).collect();
-        let turns = turns.iter().map(|turn| (entries(turn.inverse), flat(turn.slope))).collect();
+        let row = |(turn, rate): (&Turn, &f64)| {
+            let columns = entries::<D>(turn.inverse.transpose());
+            Row {
+                inverse: std::array::from_fn(|k| columns.get(k).map_or(DVec4::ZERO, wide)),
+                slope: wide(&flat::<D>(turn.slope)),
+                raised: wide(&flat::<D>(turn.raised)),
+                rate: *rate,
+            }
+        };
+        let coupled = Coupled {
+            places: at.iter().map(|at| wide(&flat::<D>(*at))).collect(),
+            rows: turns.iter().zip(&rates).map(row).collect(),
+            pairs,
+        };
         let start = start.iter().map(|u| flat(*u)).collect();
-        Self { stencils, start, places, turns, raised, pairs, diagonal, carried, multigrid, shares, rates }
+        let roughly = coupled.told();
+        Self { stencils, coupled, roughly, diagonal, start, carried, multigrid, shares }
     }
 }
 
@@ -216,7 +361,7 @@ impl<const D: usize, const M: usize> Viscous for System<'_, D, M> {
         self.times(old.as_flattened(), kept.as_flattened_mut());
         let right = (0..old.len()).flat_map(|a| {
             let (force, carried, share, rate) =
-                (flat::<D>(forces[a]), &self.carried[a], self.shares[a], self.rates[a]);
+                (flat::<D>(forces[a]), &self.carried[a], self.shares[a], self.coupled.rows[a].rate);
             let (old, kept) = (&old[a], &kept[a]);
             std::array::from_fn::<f64, D, _>(|k| {
                 (rate * old[k] + force[k] + carried[k] - (1.0 - share) * kept[k]) / share
@@ -234,35 +379,16 @@ impl<const D: usize, const M: usize> Viscous for System<'_, D, M> {
 
 impl<const D: usize, const M: usize> Operator for System<'_, D, M> {
     fn times(&self, x: &[f64], to: &mut [f64]) {
-        let around = self.stencils.around;
-        let own = x.as_chunks::<D>().0;
-        let mirrored = |source: &Source| flat(source.turn * full(&own[source.of]));
-        let seen: Vec<[f64; D]> =
-            own.iter().copied().chain(around.sources[around.number..].iter().map(mirrored)).collect();
-        let row = |a: usize, to: &mut [f64; D]| {
-            let (u, at, (inverse, slope)) = (&seen[a], &self.places[a], &self.turns[a]);
-            let (mut sum, mut turned) = ([0.0; D], [0.0; D]);
-            for (n, pair) in self.stencils.near.of(a).iter().zip(&self.pairs[self.stencils.near.range(a)]) {
-                let (other, place) = (&seen[*n as usize], &self.places[*n as usize]);
-                let past: [f64; D] = std::array::from_fn(|k| u[k] - other[k]);
-                let by = pair.turning * (0..D).map(|k| slope[k] * past[k]).sum::<f64>();
-                for k in 0..D {
-                    sum[k] += pair.stiff * past[k];
-                    turned[k] += by * (place[k] - at[k]);
-                }
-            }
-            let (raised, rate) = (&self.raised[a], self.rates[a]);
-            let force: [f64; D] =
-                std::array::from_fn(|k| sum[k] + (0..D).map(|j| inverse[k][j] * turned[j]).sum::<f64>());
-            let across: f64 = raised.iter().zip(&force).map(|(raised, force)| raised * force).sum();
-            *to = std::array::from_fn(|k| rate * u[k] + force[k] + across * raised[k]);
-        };
-        around.fill(to.as_chunks_mut::<D>().0, row);
+        self.coupled.times::<D>(self.stencils, x, to);
     }
 
-    fn over_diagonal(&self, of: &[f64]) -> Vec<f64> {
+    fn times_roughly(&self, x: &[f32], to: &mut [f32]) {
+        self.roughly.times::<D>(self.stencils, x, to);
+    }
+
+    fn over_diagonal<T: Number>(&self, of: &[T]) -> Vec<T> {
         let over = of.par_iter().zip(self.diagonal.as_flattened()).with_min_len(1024);
-        over.map(|(of, diagonal)| of / diagonal).collect()
+        over.map(|(of, diagonal)| *of / T::told(*diagonal)).collect()
     }
 }
 

@@ -334,7 +334,7 @@ pub(crate) fn shear_rates(
 ) -> Vec<f64> {
     let all = around.velocities(velocities);
     let found = around.each(|a| gradients.velocity_gradient(a, &all));
-    let seen = |_, n: usize| around.sources[n].gradient(&found);
+    let seen = |_, n: usize| around.gradient(n, &found);
     let sharp = sharpened(around, surface, &found, |a| gradients.extents(a), seen);
     sharp.into_iter().map(norm_of_strain).collect()
 }

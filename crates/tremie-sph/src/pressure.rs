@@ -18,7 +18,7 @@
 
 use tremie_cloud::stiffness::Stiffness;
 use tremie_cloud::{
-    Failure, Gradients, Matrix, Method, Multigrid, Settings, Source, Surroundings, crowding, solve,
+    Failure, Gradients, Matrix, Method, Multigrid, Operator, Settings, Source, Surroundings, crowding, solve,
 };
 use tremie_numerics::DVec3;
 

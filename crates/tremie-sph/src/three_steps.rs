@@ -23,8 +23,8 @@
 //! Nor does the paper bring particles back to order, without which one ran away in a channel: here they are, as after a projection (module `particles`).
 
 use tremie_cloud::{
-    Dimension, Failure, Gradients, Kernel, Matrix, Method, Multigrid, Neighbours, Settings, Smoothing,
-    Source, Space, Surroundings, solve,
+    Dimension, Failure, Gradients, Kernel, Matrix, Method, Multigrid, Neighbours, Operator, Settings,
+    Smoothing, Source, Space, Surroundings, solve,
 };
 use tremie_numerics::{DMat3, DVec3};
 

@@ -22,7 +22,8 @@
 
 use tremie_cloud::stiffness::{self, raise, raised};
 use tremie_cloud::{
-    Block, Dimension, Failure, Gradients, Matrix, Method, Multigrid, Settings, Source, Surroundings, solve,
+    Block, Dimension, Failure, Gradients, Matrix, Method, Multigrid, Operator, Settings, Source,
+    Surroundings, solve,
 };
 use tremie_numerics::{DMat3, DVec3};
 
