@@ -67,8 +67,8 @@ pub trait Operator: Sync {
     /// `to` = A x as far as 32 bits tell.
     fn times_roughly(&self, x: &[f32], to: &mut [f32]);
 
-    /// Numbers over what stands on the diagonal.
-    fn over_diagonal<T: Number>(&self, of: &[T]) -> Vec<T>;
+    /// `to` = numbers over what stands on the diagonal.
+    fn over_diagonal<T: Number>(&self, of: &[T], to: &mut [T]);
 }
 
 /// Residual over the smallest so far from which on BiCGStab will not find back; and over that at the start if none was smaller yet: errors of given values spread into rows with far larger numbers at first.
@@ -135,10 +135,11 @@ fn precondition<const N: usize, const M: usize, T: Number>(
     matrix: &impl Operator,
     multigrid: Option<&Multigrid<N, M>>,
     of: &[T],
-) -> Vec<T> {
+    to: &mut [T],
+) {
     match multigrid {
-        Some(multigrid) => multigrid.cycle(of),
-        None => matrix.over_diagonal(of),
+        Some(multigrid) => multigrid.cycle(of, to),
+        None => matrix.over_diagonal(of, to),
     }
 }
 
@@ -174,7 +175,7 @@ fn attempt<const N: usize, const M: usize>(
         if roughly {
             let of = Iterated {
                 times: |x: &[f32], to: &mut [f32]| matrix.times_roughly(x, to),
-                precondition: |r: &[f32]| precondition(matrix, multigrid, r),
+                precondition: |r: &[f32], to: &mut [f32]| precondition(matrix, multigrid, r, to),
                 goal: goal.max(DIGITS),
                 most,
             };
@@ -191,7 +192,7 @@ fn attempt<const N: usize, const M: usize>(
         if !roughly {
             let of = Iterated {
                 times: |x: &[f64], to: &mut [f64]| matrix.times(x, to),
-                precondition: |r: &[f64]| precondition(matrix, multigrid, r),
+                precondition: |r: &[f64], to: &mut [f64]| precondition(matrix, multigrid, r, to),
                 goal: goal * size,
                 most,
             };
@@ -216,7 +217,7 @@ impl<A, P> Iterated<A, P> {
     fn go<T: Number>(&self, method: Method, r: &mut [T], x: &mut [T]) -> Option<usize>
     where
         A: Fn(&[T], &mut [T]),
-        P: Fn(&[T]) -> Vec<T>,
+        P: Fn(&[T], &mut [T]),
     {
         match method {
             Method::ConjugateGradients => self.conjugate(r, x),
@@ -227,9 +228,10 @@ impl<A, P> Iterated<A, P> {
     fn conjugate<T: Number>(&self, r: &mut [T], x: &mut [T]) -> Option<usize>
     where
         A: Fn(&[T], &mut [T]),
-        P: Fn(&[T]) -> Vec<T>,
+        P: Fn(&[T], &mut [T]),
     {
-        let mut z = (self.precondition)(r);
+        let mut z = vec![T::default(); r.len()];
+        (self.precondition)(r, &mut z);
         let mut p = z.clone();
         let mut rz = dot(r, &z);
         let mut ap = vec![T::default(); r.len()];
@@ -246,7 +248,7 @@ impl<A, P> Iterated<A, P> {
             if norm(r) <= self.goal {
                 break;
             }
-            z = (self.precondition)(r);
+            (self.precondition)(r, &mut z);
             let before = std::mem::replace(&mut rz, dot(r, &z));
             onto(&mut p, rz / before, &z);
         }
@@ -256,32 +258,32 @@ impl<A, P> Iterated<A, P> {
     fn stabilised<T: Number>(&self, r: &mut [T], x: &mut [T]) -> Option<usize>
     where
         A: Fn(&[T], &mut [T]),
-        P: Fn(&[T]) -> Vec<T>,
+        P: Fn(&[T], &mut [T]),
     {
         let shadow = r.to_vec();
         // The best so far, its residual, and whether it is better than where this began.
         let (mut best, mut least, mut better) = (x.to_vec(), norm(r), false);
         let mut p = r.to_vec();
         let mut rho = dot(&shadow, r);
-        let (mut v, mut t) = (vec![T::default(); r.len()], vec![T::default(); r.len()]);
+        let [mut hat, mut v, mut t] = std::array::from_fn(|_| vec![T::default(); r.len()]);
         let mut iterations = 0;
         while iterations < self.most {
-            let p_hat = (self.precondition)(&p);
-            (self.times)(&p_hat, &mut v);
+            (self.precondition)(&p, &mut hat);
+            (self.times)(&hat, &mut v);
             let alpha = rho / dot(&shadow, &v);
             if !alpha.is_finite() {
                 return None;
             }
             iterations += 1;
-            add(x, alpha, &p_hat);
+            add(x, alpha, &hat);
             add(r, -alpha, &v);
             if norm(r) <= self.goal {
                 break;
             }
-            let s_hat = (self.precondition)(r);
-            (self.times)(&s_hat, &mut t);
+            (self.precondition)(r, &mut hat);
+            (self.times)(&hat, &mut t);
             let omega = dot(&t, r) / dot(&t, &t);
-            add(x, omega, &s_hat);
+            add(x, omega, &hat);
             add(r, -omega, &t);
             let size = norm(r);
             if size <= self.goal {

@@ -249,10 +249,8 @@ impl<const N: usize> Operator for Matrix<N> {
         rows(nodes_mut(to), |row, to| *to = self.row(row, x));
     }
 
-    fn over_diagonal<T: Number>(&self, of: &[T]) -> Vec<T> {
-        let mut to = of.to_vec();
-        rows(&mut to, |n, to| *to = *to / T::told(self.diagonal[n / N][n % N][n % N]));
-        to
+    fn over_diagonal<T: Number>(&self, of: &[T], to: &mut [T]) {
+        rows(to, |n, to| *to = of[n] / T::told(self.diagonal[n / N][n % N][n % N]));
     }
 }
 

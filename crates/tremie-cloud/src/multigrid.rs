@@ -110,12 +110,12 @@ impl<const N: usize, const M: usize> Multigrid<N, M> {
     }
 
     /// About the solution of `A x = b`, by one cycle from zero on; symmetric if A is.
-    pub(crate) fn cycle<T: Number>(&self, b: &[T]) -> Vec<T> {
-        let mut to = vec![T::default(); b.len()];
+    pub(crate) fn cycle<T: Number>(&self, b: &[T], to: &mut [T]) {
+        to.fill(T::default());
         // So that nothing is too small or too large for 32 bits.
         let scale = b.iter().fold(0.0, |scale: f64, b| scale.max(b.in_full().abs()));
         if scale == 0.0 {
-            return to;
+            return;
         }
         let b = nodes::<N, T>(b);
         let mut ordered = vec![0.0; N * self.order.len()];
@@ -124,7 +124,7 @@ impl<const N: usize, const M: usize> Multigrid<N, M> {
         });
         let x = descend(&self.grid, self.first.as_ref(), &self.rest, &ordered);
         let x = nodes::<N, f32>(&x);
-        rows(nodes_mut::<N, T>(&mut to), |node, to| {
+        rows(nodes_mut::<N, T>(to), |node, to| {
             if self.places[node] != NONE {
                 *to = x[self.places[node] as usize].map(|x| T::told(scale * f64::from(x)));
             }
@@ -132,9 +132,8 @@ impl<const N: usize, const M: usize> Multigrid<N, M> {
         for (node, inverse) in &self.alone {
             let mut sum = [0.0; N];
             add_product(&mut sum, inverse, &b[*node as usize].map(Number::in_full));
-            nodes_mut::<N, T>(&mut to)[*node as usize] = sum.map(T::told);
+            nodes_mut::<N, T>(to)[*node as usize] = sum.map(T::told);
         }
-        to
     }
 }
 

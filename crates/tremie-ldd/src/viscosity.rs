@@ -16,6 +16,7 @@
 //! At the surface c is as in the lattice, and the sum over c x_ij points into the fluid: what is missing on the other side is the stress that is not there. Across the surface all of it is raised (`tremie_cloud::stiffness`).
 
 use std::ops::{AddAssign, Mul, Sub};
+use std::sync::OnceLock;
 
 use rayon::prelude::*;
 use tremie_cloud::stiffness::raise;
@@ -236,7 +237,8 @@ impl<V: Wide> Coupled<V> {
 struct System<'a, const D: usize, const M: usize> {
     stencils: &'a Stencils<'a>,
     coupled: Coupled<DVec4>,
-    roughly: Coupled<Vec4>,
+    /// The same in 32 bits, once it is asked for.
+    roughly: OnceLock<Coupled<Vec4>>,
     diagonal: Vec<[f64; D]>,
     /// Velocities in m/s at the start.
     start: Vec<[f64; D]>,
@@ -349,8 +351,7 @@ impl<'a, const D: usize, const M: usize> System<'a, D, M> {
             pairs,
         };
         let start = start.iter().map(|u| flat(*u)).collect();
-        let roughly = coupled.told();
-        Self { stencils, coupled, roughly, diagonal, start, carried, multigrid, shares }
+        Self { stencils, coupled, roughly: OnceLock::new(), diagonal, start, carried, multigrid, shares }
     }
 }
 
@@ -383,12 +384,12 @@ impl<const D: usize, const M: usize> Operator for System<'_, D, M> {
     }
 
     fn times_roughly(&self, x: &[f32], to: &mut [f32]) {
-        self.roughly.times::<D>(self.stencils, x, to);
+        self.roughly.get_or_init(|| self.coupled.told()).times::<D>(self.stencils, x, to);
     }
 
-    fn over_diagonal<T: Number>(&self, of: &[T]) -> Vec<T> {
-        let over = of.par_iter().zip(self.diagonal.as_flattened()).with_min_len(1024);
-        over.map(|(of, diagonal)| *of / T::told(*diagonal)).collect()
+    fn over_diagonal<T: Number>(&self, of: &[T], to: &mut [T]) {
+        let all = to.par_iter_mut().zip(of).zip(self.diagonal.as_flattened()).with_min_len(1024);
+        all.for_each(|((to, of), diagonal)| *to = *of / T::told(*diagonal));
     }
 }
 
