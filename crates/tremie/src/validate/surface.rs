@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use tremie_case::{Case, Precision};
 use tremie_lbm::lattice_boltzmann;
-use tremie_simulation::Fluid;
+use tremie_simulation::{Cells, Fluid};
 
 use super::benchmark::{Check, Context, shown};
 use super::flow::{Flow, cell_at, centres, lattice};
@@ -138,4 +138,40 @@ pub(super) fn advection(context: &Context) -> anyhow::Result<Vec<Check>> {
         context.zero("shape", "shape (L1 of the fill)", "", difference / volume)?,
         shown("velocity furthest off, cells over half full", off),
     ])
+}
+
+/// A body that is let go: mean speed over g t, and way of its centre over g t^2/2.
+pub(super) fn free_fall(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let mut fine = context.case("lbm.toml")?;
+    lattice(&mut fine).cell_size /= 2.0;
+    let runs = [
+        ("lbm 10", context.case("lbm.toml")?),
+        ("lbm 20", fine),
+        ("isph", context.case("isph.toml")?),
+        ("ldd", context.case("ldd.toml")?),
+    ];
+    let fall = |(name, case): (&str, Case)| -> anyhow::Result<Vec<Check>> {
+        let (end, gravity) = (case.stop.time, -case.domain.gravity.z);
+        let mut flow = Flow::new(case);
+        let [start, _] = middle(&flow.cells());
+        flow.until(end)?;
+        let ([height, speed], time) = (middle(&flow.cells()), flow.simulation.time());
+        let (speed, way) = (-speed / (gravity * time), (start - height) / (0.5 * gravity * time * time));
+        Ok(vec![
+            context.relative(name, format!("speed over g t, {name}"), "", 1.0, speed)?,
+            context.relative(name, format!("way over g t^2/2, {name}"), "", 1.0, way)?,
+        ])
+    };
+    let checks: anyhow::Result<Vec<Vec<Check>>> = runs.into_par_iter().map(fall).collect();
+    Ok(checks?.concat())
+}
+
+/// Height in m of the middle of the fluid, and its mean velocity in m/s upward.
+fn middle(cells: &Cells) -> [f64; 2] {
+    let layer = cells.count[0] * cells.count[1];
+    let all = cells.fill.iter().zip(&cells.velocity).enumerate();
+    let [mass, height, speed] = all.fold([0.0; 3], |[mass, height, speed], (n, (fill, u))| {
+        [mass + fill, height + fill * cells.centre(0, 0, n / layer).z, speed + fill * u.z]
+    });
+    [height / mass, speed / mass]
 }
