@@ -171,12 +171,12 @@ fn attempt<const N: usize, const M: usize>(
         }
         roughly = roughly && size <= VAIN * last;
         last = size;
-        let (goal, most) = (settings.tolerance / residual, settings.iterations - iterations);
+        let most = settings.iterations - iterations;
         if roughly {
             let of = Iterated {
                 times: |x: &[f32], to: &mut [f32]| matrix.times_roughly(x, to),
                 precondition: |r: &[f32], to: &mut [f32]| precondition(matrix, multigrid, r, to),
-                goal: goal.max(DIGITS),
+                goal: DIGITS.max(settings.tolerance / residual),
                 most,
             };
             let mut left: Vec<f32> = r.iter().map(|r| (r / size) as f32).collect();
@@ -193,7 +193,7 @@ fn attempt<const N: usize, const M: usize>(
             let of = Iterated {
                 times: |x: &[f64], to: &mut [f64]| matrix.times(x, to),
                 precondition: |r: &[f64], to: &mut [f64]| precondition(matrix, multigrid, r, to),
-                goal: goal * size,
+                goal: settings.tolerance * scale,
                 most,
             };
             match of.go(settings.method, &mut r, x) {

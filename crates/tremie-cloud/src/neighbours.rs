@@ -150,11 +150,13 @@ impl Neighbours {
         new
     }
 
-    /// Without the pairs that are not `good`, given by the node and its neighbour.
+    /// Without the pairs that are not `good`, given by the node and its neighbour, and in the order of numbers.
     #[must_use]
     pub fn only(&self, good: impl Fn(usize, usize) -> bool + Sync) -> Self {
         Self::listed(self.len(), |n, list| {
+            let begin = list.len();
             list.extend(self.of(n).iter().filter(|other| good(n, **other as usize)));
+            list[begin..].sort_unstable();
         })
     }
 
