@@ -177,12 +177,13 @@ fn attempt<const N: usize, const M: usize>(
                 times: |x: &[f32], to: &mut [f32]| matrix.times_roughly(x, to),
                 precondition: |r: &[f32], to: &mut [f32]| precondition(matrix, multigrid, r, to),
                 goal: DIGITS.max(settings.tolerance / residual),
-                most,
+                // Half of them are left for 64 bits.
+                most: most.div_ceil(2),
             };
             let mut left: Vec<f32> = r.iter().map(|r| (r / size) as f32).collect();
             let mut way = vec![0.0; left.len()];
             match of.go(settings.method, &mut left, &mut way) {
-                Some(taken @ 1..) => {
+                Some(taken @ 1..) if norm(&left) < VAIN => {
                     iterations += taken;
                     rows(x, |row, x| *x += size * f64::from(way[row]));
                 }

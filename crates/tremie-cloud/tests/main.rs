@@ -270,6 +270,26 @@ fn both_methods_find_what_elimination_finds() {
     }
 }
 
+/// A chain that hardly anything holds: 3e-8 beside 2, which 32 bits do not tell from nothing.
+#[test]
+fn what_32_bits_lose_is_found_in_64() {
+    let held = |n: u32| {
+        let others: Vec<(u32, f64)> =
+            [n.checked_sub(1), (n < 299).then_some(n + 1)].into_iter().flatten().map(|m| (m, -1.0)).collect();
+        (others.len() as f64 + 3e-8, others)
+    };
+    let matrix = Matrix::from_rows((0..300).map(held));
+    let right: Vec<f64> = (0..300).map(|n| 1.0 + (0.05 * f64::from(n)).sin()).collect();
+    for method in [Method::ConjugateGradients, Method::BiCgStab] {
+        let settings = Settings { method, tolerance: 1e-6, iterations: 4000 };
+        let mut x = vec![0.0; 300];
+        solve(&matrix, DIAGONAL, &right, &mut x, &settings).unwrap();
+        // What pulls all of it is borne by what holds it.
+        let (pulled, held) = (right.iter().sum::<f64>(), 3e-8 * x.iter().sum::<f64>());
+        assert!((held / pulled - 1.0).abs() < 1e-5, "{method:?}: {held} {pulled}");
+    }
+}
+
 #[test]
 fn what_cannot_be_solved_is_told() {
     let mut x = vec![0.0; 300];

@@ -105,28 +105,24 @@ fn couplings(stencils: &Stencils, viscosity: &[f64], turns: bool) -> (Vec<Turn>,
 
 /// Vectors where they are multiplied: three components and one that is zero, so that they fill a register.
 trait Wide:
-    Copy + Default + Send + Sync + Sub<Output = Self> + AddAssign + Mul<Self::Part, Output = Self>
+    Copy
+    + Default
+    + Send
+    + Sync
+    + Sub<Output = Self>
+    + AddAssign
+    + Mul<Self::Part, Output = Self>
+    + From<[Self::Part; 4]>
+    + Into<[Self::Part; 4]>
 {
     /// What components are.
     type Part: Number;
 
-    fn of(components: [Self::Part; 4]) -> Self;
-    fn parts(self) -> [Self::Part; 4];
     fn dot(self, other: Self) -> Self::Part;
 }
 
 impl Wide for Vec4 {
     type Part = f32;
-
-    #[inline(always)]
-    fn of(components: [f32; 4]) -> Self {
-        Self::from_array(components)
-    }
-
-    #[inline(always)]
-    fn parts(self) -> [f32; 4] {
-        self.to_array()
-    }
 
     #[inline(always)]
     fn dot(self, other: Self) -> f32 {
@@ -138,16 +134,6 @@ impl Wide for DVec4 {
     type Part = f64;
 
     #[inline(always)]
-    fn of(components: [f64; 4]) -> Self {
-        Self::from_array(components)
-    }
-
-    #[inline(always)]
-    fn parts(self) -> [f64; 4] {
-        self.to_array()
-    }
-
-    #[inline(always)]
     fn dot(self, other: Self) -> f64 {
         self.dot(other)
     }
@@ -156,12 +142,12 @@ impl Wide for DVec4 {
 /// A vector of so many components.
 #[inline(always)]
 fn wide<const D: usize, V: Wide>(of: &[V::Part; D]) -> V {
-    V::of(std::array::from_fn(|k| of.get(k).copied().unwrap_or_default()))
+    V::from(std::array::from_fn(|k| of.get(k).copied().unwrap_or_default()))
 }
 
 /// The same vector in other digits.
 fn told<V: Wide>(of: DVec4) -> V {
-    V::of(of.to_array().map(V::Part::told))
+    V::from(of.to_array().map(V::Part::told))
 }
 
 /// What a node makes of the differences of velocities around it: a `Turn` by columns of B, and density over the step and the share of its stress that is of the new velocities.
@@ -221,12 +207,12 @@ impl<V: Wide> Coupled<V> {
                 force += past * pair.stiff;
                 turned += (place - at) * (pair.turning * row.slope.dot(past));
             }
-            for (column, turned) in row.inverse.into_iter().zip(turned.parts()) {
+            for (column, turned) in row.inverse.into_iter().zip(turned.into()) {
                 force += column * turned;
             }
             force += row.raised * row.raised.dot(force);
             force += u * row.rate;
-            let force = force.parts();
+            let force: [V::Part; 4] = force.into();
             *to = std::array::from_fn(|k| force[k]);
         };
         around.fill(to.as_chunks_mut::<D>().0, row);
