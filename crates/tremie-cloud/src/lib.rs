@@ -5,10 +5,12 @@
 //! - [`Space`] with its walls, and [`Surroundings`]: all of that together at a moment.
 //! - [`Gradients`]: derivatives that are exact for linear fields on any cloud, and the Laplacian of Lagrangian differencing dynamics.
 //! - [`Matrix`], [`Multigrid`], [`solve`]: linear systems over neighbours, by conjugate gradients with a preconditioner whose cost is linear.
+//! - [`stiffness`], [`balance()`]: pressures of fluid so stiff that it follows stresses at once.
 //!
 //! Positions are in m, in three components; a plane is one of x and z, and y the same everywhere. All sums are taken in a fixed order, so that results are the same to the bit on
 //! any number of threads.
 
+mod balance;
 mod crowding;
 mod curve;
 mod kernel;
@@ -27,6 +29,7 @@ pub mod stiffness;
 mod surface;
 mod surroundings;
 
+pub use balance::{Balanced, Pressed, balance, else_borne};
 pub use crowding::crowding;
 pub use curve::along_curve;
 pub use kernel::{Dimension, Kernel, Smoothing};

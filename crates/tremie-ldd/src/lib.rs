@@ -19,7 +19,6 @@
 //!
 //! Units are SI; in a plane masses and forces are per metre of depth.
 
-mod balance;
 mod nodes;
 mod plan;
 mod pressure;

@@ -6,13 +6,13 @@
 
 use rayon::prelude::*;
 use tremie_cloud::{
-    Dimension, Failure, Follower, Gradients, Source, Space, Surroundings, Wall, along_curve, reorder,
+    Dimension, Failure, Follower, Gradients, Pressed, Source, Space, Surroundings, Wall, along_curve,
+    balance, else_borne, reorder,
 };
 use tremie_numerics::DVec3;
 use tremie_rheology::FlowCurve;
 
-use crate::balance::Balance;
-use crate::pressure::{self, Poisson};
+use crate::pressure::{self, Excess, Poisson};
 use crate::stencils::Stencils;
 use crate::viscosity::{self, Viscous};
 
@@ -174,7 +174,7 @@ impl Nodes {
     /// If one of the linear systems cannot be solved.
     pub fn advance(&mut self) -> Result<(), Failure> {
         self.line_up();
-        let (step, fluid) = (self.time_step(), self.fluid);
+        let (step, fluid, spacing) = (self.time_step(), self.fluid, self.space.spacing);
         let around = self.surroundings(step);
         let wide = around.gradients();
         let stencils = Stencils::new(&around, &wide, self.stepping.operators);
@@ -188,15 +188,19 @@ impl Nodes {
         self.iterations = match self.stepping.coupling {
             Coupling::Incremental => {
                 poisson.settle(&mut pressures);
-                let balance = Balance { stencils: &stencils, poisson: &poisson, fluid: &fluid, step };
-                let wanted = |velocities: &[DVec3]| half_way(&stencils, velocities, step);
                 let mut last = None;
                 let diffusion =
                     self.push(&stencils, step, |system, velocities, viscosity, shear_rates| {
                         let felt = stencils.felt(viscosity);
-                        let found =
-                            balance.find(system, &mut pressures, velocities, &felt, shear_rates, wanted)?;
-                        let iterations = found.iterations;
+                        let (stencils, poisson, fluid) = (&stencils, &poisson, &fluid);
+                        let mut pressed =
+                            Viscously { poisson, system, fluid, felt: &felt, wanted: Vec::new(), step };
+                        let pushed = pressed.slopes(&pressures);
+                        let iterations = pressed.advance(&pushed, &pressures, velocities)?;
+                        pressed.wanted = half_way(stencils, velocities, step);
+                        let else_borne = else_borne(weight, spacing, &felt, shear_rates);
+                        let found = balance(&pressed, pushed, &mut pressures, velocities, else_borne)?;
+                        let iterations = iterations + found.iterations;
                         last = Some((found, felt));
                         Ok(iterations)
                     })?;
@@ -328,6 +332,46 @@ impl Nodes {
             }
             *at = space.wrapped(*at);
         });
+    }
+}
+
+/// The viscous part of a step in s, by viscosities in Pa s that nodes feel, whose velocities are to have the divergence in 1/s that is `wanted`.
+struct Viscously<'a> {
+    poisson: &'a Poisson<'a>,
+    system: &'a dyn Viscous,
+    fluid: &'a Fluid,
+    felt: &'a [f64],
+    wanted: Vec<f64>,
+    step: f64,
+}
+
+impl Pressed for Viscously<'_> {
+    type Excess = Excess;
+
+    fn slopes(&self, pressures: &[f64]) -> Vec<DVec3> {
+        pressure::slopes(self.poisson.stencils, self.fluid, pressures)
+    }
+
+    fn advance(
+        &self,
+        slopes: &[DVec3],
+        pressures: &[f64],
+        velocities: &mut [DVec3],
+    ) -> Result<usize, Failure> {
+        let weight = self.fluid.density * self.fluid.gravity;
+        let forces = pressure::forces(self.poisson.stencils, slopes, pressures);
+        let forces: Vec<DVec3> = forces.into_iter().map(|force| weight + force).collect();
+        self.system.advance(&forces, velocities)
+    }
+
+    fn excess(&self, slopes: &[DVec3], pressures: &[f64], velocities: &[DVec3]) -> (Excess, Vec<f64>) {
+        let excess = self.poisson.excess(slopes, pressures, velocities, &self.wanted);
+        let stress = self.poisson.stress(&excess, self.felt, self.step);
+        (excess, stress)
+    }
+
+    fn settle(&self, pressures: &mut [f64]) {
+        self.poisson.settle(pressures);
     }
 }
 

@@ -34,7 +34,7 @@ pub(crate) struct Excess {
 
 /// The problem of Poisson over nodes.
 pub(crate) struct Poisson<'a> {
-    stencils: &'a Stencils<'a>,
+    pub(crate) stencils: &'a Stencils<'a>,
     fluid: &'a Fluid,
     /// Of minus the Laplacian.
     matrix: Matrix,

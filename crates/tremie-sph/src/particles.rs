@@ -5,6 +5,7 @@
 //! ```text
 //!     x_h = x + dt/2 u                                       half-way: shear rates, and from them viscosities, are those there
 //!     u* = u + dt/rho (div(2 mu E*) + rho g - grad p)        at x_h, implicitly (module `viscosity`)
+//!     p                                                      brought to where u* by itself is all but free of divergence, as far as fluid is stiff (`tremie_cloud::balance`)
 //!     p'                                                     so that u' = u* - dt/rho grad (p' - p) is free of divergence at x* = x + dt/2 (u + u*) (module `pressure`)
 //!     u' = u* - dt/rho grad (p' - p)                         with the gradient at x_h; and what the stress adds to p'
 //!     x' = x + dt/2 (u + u') and what brings particles back to order (modules `pressure`, `tremie_cloud::reorder`)
@@ -14,15 +15,16 @@
 //! leap-frogging. The velocities become those of the fluid at x'.
 
 use tremie_cloud::{
-    Dimension, Failure, Follower, Gradients, Source, Space, Surroundings, reorder, sharpened,
+    Failure, Follower, Gradients, Kernel, Pressed, Smoothing, Source, Space, Surroundings, balance,
+    else_borne, reorder, sharpened,
 };
 use tremie_numerics::{DMat3, DVec3};
 use tremie_rheology::FlowCurve;
 
 use crate::plate::Plate;
-use crate::pressure::{self, Poisson};
+use crate::pressure::{self, Excess, Poisson};
 use crate::three_steps::{PressureStep, WallParticle, wall_particles};
-use crate::viscosity::{Openness, System, felt};
+use crate::viscosity::{self, Openness, Start, felt};
 
 /// What flows.
 #[derive(Debug, Clone, Copy)]
@@ -63,6 +65,8 @@ pub struct Stepping {
 /// What particles may go in a step together with those around them, over what they may go past them; smoothing lengths at most, to see beforehand where they get to.
 const TOGETHER: f64 = 4.0;
 const FARTHEST: f64 = 1.0;
+/// Share of the neighbours in a lattice below which a particle may meet others.
+const OUTER: f64 = 0.85;
 /// Share of the time in which particles fall a smoothing length.
 const FALL: f64 = 0.25;
 /// Share of rho h^2/mu that an explicit step may take (Morris et al. 1997).
@@ -143,8 +147,6 @@ impl Particles {
         let mut step = fall.min(together / fastest).min(self.stepping.longest);
         let around = Surroundings::new(&self.positions, &self.space, self.time, step);
         let all = around.velocities(&self.velocities);
-        // What is between a particle and its image, a wall, has the mean of their velocities.
-        let share = |source: &Source| if source.wall.is_some() { 0.5 } else { 1.0 };
         let sprayed = around.sprayed();
         // How fast one goes past all others, and past those that a step must follow: a spray does not press on anything but walls.
         let past = around.each(|a| {
@@ -154,8 +156,12 @@ impl Particles {
                 [any.max(speed), if follows { followed.max(speed) } else { followed }]
             })
         });
-        let fastest = past.iter().map(|[_, followed]| *followed).fold(0.0, f64::max);
-        step = step.min(self.stepping.courant * length / fastest);
+        let followed = past.iter().map(|[_, followed]| *followed).fold(0.0, f64::max);
+        let way = self.stepping.courant * length;
+        step = step.min(way / followed);
+        if step * fastest > way {
+            step = step.min(self.until_met(&around, &sprayed, step, step * fastest));
+        }
         if self.stepping.explicit {
             let stiffest =
                 self.shear_rates.iter().map(|rate| self.fluid.viscosity(*rate)).fold(0.0, f64::max);
@@ -165,6 +171,41 @@ impl Particles {
         }
         let most = self.stepping.courant * length / step;
         (step, past.into_iter().map(|[any, _]| any.min(most)).collect())
+    }
+
+    /// Longest step in s, of `step` in s at most, in which those who are no neighbours yet come no nearer than that, or into reach no farther than a step may go past others; each goes no farther than `farthest` in m in it.
+    ///
+    /// Forces are those half-way in a step. Who would meet only after that could be stopped by nothing but what the forces of pressures, each other's adjoints nowhere, leave over within a piece of fluid: drops were thrown up again.
+    fn until_met(&self, around: &Surroundings, sprayed: &[bool], step: f64, farthest: f64) -> f64 {
+        let whole =
+            around.on_lattice(|r| if r < around.kernel.support() { 1.0 } else { 0.0 }) / around.volume;
+        let outer = |a: &usize| (around.near.of(*a).len() as f64) < OUTER * whole;
+        let outer: Vec<usize> = (0..around.number).filter(outer).collect();
+        fn of<T: Copy>(outer: &[usize], all: &[T]) -> Vec<T> {
+            outer.iter().map(|a| all[*a]).collect()
+        }
+        let (places, velocities) = (of(&outer, &self.positions), of(&outer, &self.velocities));
+        let sprayed = of(&outer, sprayed);
+        let support = around.kernel.support();
+        // Twice as much of what goes there as of what comes from there.
+        let reach = support + 2.0 * farthest;
+        let farther = Smoothing::new(Kernel::Cubic, around.dimension, reach);
+        let around = Surroundings::with(farther, &places, &self.space, self.time, step);
+        let all = around.velocities(&velocities);
+        let met = around.each(|a| {
+            let of = |(n, x, source): (usize, DVec3, &Source)| {
+                let (distance, closing) = (x.length(), (all[a] - all[n]).dot(x));
+                let follows = source.wall.is_some() || !(sprayed[a] || sprayed[source.of]);
+                if distance < support || closing <= 0.0 || !follows {
+                    return f64::INFINITY;
+                }
+                let further = self.stepping.courant * self.space.smoothing_length() / share(source);
+                let between = distance - support;
+                (if between > 0.5 * further { between } else { further }) * distance / closing
+            };
+            around.around(a).map(of).fold(f64::INFINITY, f64::min)
+        });
+        met.into_iter().fold(step, f64::min)
     }
 
     /// Longest explicit step in s with so large a viscosity in Pa s.
@@ -224,38 +265,31 @@ impl Particles {
             true => Openness::none(half.number),
             false => Openness::new(&half, &gradients, &pressure::bears(&half, &surface)),
         };
-        let weight = fluid.density * fluid.gravity;
-        let forces = pushed.iter().zip(&openness.open).zip(&self.pressures);
-        let forces: Vec<DVec3> = forces.map(|((pushed, open), p)| weight - *pushed - *p * *open).collect();
-        let mut velocities = self.velocities.clone();
-        let diffusion = match space.dimension {
-            Dimension::Two => System::<2, 3>::new(&half, &surface, &openness, &viscosity).advance(
-                fluid.density,
-                &forces,
-                &mut velocities,
-                step,
-                explicit,
-            )?,
-            Dimension::Three => System::<3, 6>::new(&half, &surface, &openness, &viscosity).advance(
-                fluid.density,
-                &forces,
-                &mut velocities,
-                step,
-                explicit,
-            )?,
+        let start = Start { density: fluid.density, velocities: &self.velocities, step, explicit };
+        let system = viscosity::system(&half, &surface, &openness, &viscosity, &start);
+        let push = |pushed: &[DVec3], pressures: &[f64], velocities: &mut [DVec3]| {
+            let weight = fluid.density * fluid.gravity;
+            let forces = pushed.iter().zip(&openness.open).zip(pressures);
+            let forces: Vec<DVec3> =
+                forces.map(|((pushed, open), p)| weight - *pushed - *p * *open).collect();
+            system.advance(&forces, velocities)
         };
+        let (mut velocities, mut pressures) = (self.velocities.clone(), self.pressures.clone());
+        let mut diffusion = push(&pushed, &pressures, &mut velocities)?;
         let after = Surroundings::new(&go(0.5, &velocities), space, self.time + step, step);
         let poisson = Poisson::new(&after, &fluid);
-        let mut pressures = self.pressures.clone();
-        poisson.settle(&mut pressures);
         let felt = if explicit { vec![0.0; half.number] } else { felt(&half, &viscosity) };
-        let (projection, falls) = poisson.project(&pushed, &mut pressures, &velocities, &felt, step)?;
-        let pushes = pressure::slopes(&half, &gradients, &fluid, &pressures);
-        for (u, (new, old)) in velocities.iter_mut().zip(pushes.iter().zip(&pushed)) {
+        let slopes = |pressures: &[f64]| pressure::slopes(&half, &gradients, &fluid, pressures);
+        let pressed = Viscously { slopes: &slopes, push: &push, poisson: &poisson, felt: &felt, step };
+        let else_borne = else_borne(fluid.density * fluid.gravity, space.spacing, &felt, &self.shear_rates);
+        let found = balance(&pressed, pushed, &mut pressures, &mut velocities, else_borne)?;
+        diffusion += found.iterations;
+        let projection = poisson.project(&found.excess, &mut pressures, &felt, step)?;
+        let pushes = slopes(&pressures);
+        for (u, (new, old)) in velocities.iter_mut().zip(pushes.iter().zip(&found.pushed)) {
             *u -= step / fluid.density * (*new - *old);
         }
-        pressures.iter_mut().zip(&falls).for_each(|(p, falls)| *p -= falls);
-        poisson.settle(&mut pressures);
+        poisson.follow(&mut pressures, &found.stress, &felt, step);
         let spread = poisson.spread(past, step)?;
         let places: Vec<DVec3> = go(0.5, &velocities).iter().zip(spread).map(|(at, way)| *at + way).collect();
         self.iterations = [diffusion, projection];
@@ -318,6 +352,49 @@ impl Particles {
         });
         self.velocities.iter_mut().zip(changes).for_each(|(u, change)| *u += change);
     }
+}
+
+/// The viscous part of a step in s, by viscosities in Pa s that particles feel.
+struct Viscously<'a, S, P> {
+    slopes: &'a S,
+    push: &'a P,
+    poisson: &'a Poisson<'a>,
+    felt: &'a [f64],
+    step: f64,
+}
+
+impl<S: Fn(&[f64]) -> Vec<DVec3>, P: Fn(&[DVec3], &[f64], &mut [DVec3]) -> Result<usize, Failure>> Pressed
+    for Viscously<'_, S, P>
+{
+    type Excess = Excess;
+
+    fn slopes(&self, pressures: &[f64]) -> Vec<DVec3> {
+        (self.slopes)(pressures)
+    }
+
+    fn advance(
+        &self,
+        slopes: &[DVec3],
+        pressures: &[f64],
+        velocities: &mut [DVec3],
+    ) -> Result<usize, Failure> {
+        (self.push)(slopes, pressures, velocities)
+    }
+
+    fn excess(&self, slopes: &[DVec3], pressures: &[f64], velocities: &[DVec3]) -> (Excess, Vec<f64>) {
+        let excess = self.poisson.excess(slopes, pressures, velocities);
+        let stress = self.poisson.stress(&excess, self.felt, self.step);
+        (excess, stress)
+    }
+
+    fn settle(&self, pressures: &mut [f64]) {
+        self.poisson.settle(pressures);
+    }
+}
+
+/// The share of how fast one goes past an image or another that it goes past what counts: what is between a particle and its image, a wall, has the mean of their velocities.
+fn share(source: &Source) -> f64 {
+    if source.wall.is_some() { 0.5 } else { 1.0 }
 }
 
 /// Step in s in which particles at rest fall by a share of a length in m.

@@ -32,6 +32,12 @@ const INNER: f64 = 0.4;
 /// Places need not be as exact.
 const ROUGHLY: Settings = Settings { tolerance: 1e-2, ..SETTINGS };
 
+/// What a step's velocities have of divergence, in 1/s, and by how much div grad p is more than lap p, in Pa/m2, of what pushed them.
+pub(crate) struct Excess {
+    divergence: Vec<f64>,
+    rough: Vec<f64>,
+}
+
 /// Problems of Poisson over particles, with values that are given at the free surface.
 pub(crate) struct Poisson<'a> {
     around: &'a Surroundings,
@@ -132,20 +138,11 @@ impl<'a> Poisson<'a> {
         Ok(pressures)
     }
 
-    /// Finds the `pressures` in Pa that leave velocities in m/s without divergence, if those that were there before have changed them by their gradients `pushed` in Pa/m in a step in s.
-    /// Gives the iterations, and what pressures in Pa are too large by after it, by viscosities in Pa s that particles feel.
-    pub(crate) fn project(
-        &self,
-        pushed: &[DVec3],
-        pressures: &mut [f64],
-        velocities: &[DVec3],
-        viscosity: &[f64],
-        step: f64,
-    ) -> Result<(usize, Vec<f64>), Failure> {
-        let (around, fluid) = (self.around, self.fluid);
-        let stiffness = Stiffness::new(fluid.density, around.spacing, around.dimension.number(), step);
+    /// What velocities in m/s that `pressures` in Pa have changed by their gradients `pushed` in Pa/m have of divergence.
+    pub(crate) fn excess(&self, pushed: &[DVec3], pressures: &[f64], velocities: &[DVec3]) -> Excess {
+        let around = self.around;
         let all = around.reflected(velocities);
-        let weight = fluid.density * fluid.gravity;
+        let weight = self.fluid.density * self.fluid.gravity;
         let pushes = around.mirrored(|source| weight + source.mirror * (pushed[source.of] - weight));
         let mut bends = vec![0.0; around.number];
         self.matrix.times(pressures, &mut bends);
@@ -153,29 +150,67 @@ impl<'a> Poisson<'a> {
             let l = self.gradients.velocity_gradient(a, of);
             l.x_axis.x + l.y_axis.y + l.z_axis.z
         };
-        let laplacian = |a: usize| self.weights[a] - bends[a];
-        // What there is of divergence, and by how much div grad p is more than lap p.
-        let excess = around.each(|a| {
-            let rough = if self.given[a] { 0.0 } else { divergence(a, &pushes) - laplacian(a) };
-            (divergence(a, &all), rough)
-        });
+        Excess {
+            divergence: around.each(|a| divergence(a, &all)),
+            rough: around.each(|a| match self.given[a] {
+                true => 0.0,
+                false => divergence(a, &pushes) - (self.weights[a] - bends[a]),
+            }),
+        }
+    }
+
+    fn stiffness(&self, step: f64) -> Stiffness {
+        let around = self.around;
+        Stiffness::new(self.fluid.density, around.spacing, around.dimension.number(), step)
+    }
+
+    /// Brings `pressures` in Pa to those that take an excess away in a step in s, by viscosities in Pa s that particles feel. Gives the iterations.
+    pub(crate) fn project(
+        &self,
+        excess: &Excess,
+        pressures: &mut [f64],
+        viscosity: &[f64],
+        step: f64,
+    ) -> Result<usize, Failure> {
+        let (rate, stiffness) = (self.fluid.density / step, self.stiffness(step));
+        let mut bends = vec![0.0; pressures.len()];
+        self.matrix.times(pressures, &mut bends);
         let source = |a: usize| {
-            let (divergence, rough) = excess[a];
-            fluid.density / step * divergence + stiffness.inertia(viscosity[a]) * rough + laplacian(a)
+            let (divergence, rough) = (excess.divergence[a], excess.rough[a]);
+            rate * divergence + stiffness.inertia(viscosity[a]) * rough + (self.weights[a] - bends[a])
         };
-        let iterations = self.solve(source, true, &SETTINGS, pressures)?;
-        let falls = around.each(|a| {
-            let (divergence, rough) = excess[a];
-            let lost = if self.surface[a] { 1.0 - stiffness.kept(viscosity[a]) } else { 0.0 };
-            lost * pressures[a] + stiffness.excess(SHARE, viscosity[a], divergence, rough)
-        });
-        Ok((iterations, falls))
+        // What pushed may have been borne by somebody.
+        self.settle(pressures);
+        self.solve(source, true, &SETTINGS, pressures)
+    }
+
+    /// By how much in Pa pressures are too large for steps in s to leave no excess by themselves, as far as that can be told particle by particle, by viscosities in Pa s that they feel; none where nobody bears a pressure.
+    pub(crate) fn stress(&self, excess: &Excess, viscosity: &[f64], step: f64) -> Vec<f64> {
+        let stiffness = self.stiffness(step);
+        self.around.each(|a| match self.alone(a) {
+            true => 0.0,
+            false => stiffness.excess(SHARE, viscosity[a], excess.divergence[a], excess.rough[a]),
+        })
+    }
+
+    /// Takes off `pressures` in Pa what a `stress` in Pa wants, and at the surface what is left from when viscosities in Pa s were more to a step in s.
+    pub(crate) fn follow(&self, pressures: &mut [f64], stress: &[f64], viscosity: &[f64], step: f64) {
+        let stiffness = self.stiffness(step);
+        for (a, p) in pressures.iter_mut().enumerate() {
+            let kept = if self.surface[a] { stiffness.kept(viscosity[a]) } else { 1.0 };
+            *p = kept * *p - stress[a];
+        }
+        self.settle(pressures);
     }
 
     /// Takes pressures in Pa off those at the surface that have nobody to bear them.
     pub(crate) fn settle(&self, pressures: &mut [f64]) {
-        let alone = |a: usize| self.surface[a] && !self.bears[a];
-        pressures.iter_mut().enumerate().filter(|(a, _)| alone(*a)).for_each(|(_, p)| *p = 0.0);
+        pressures.iter_mut().enumerate().filter(|(a, _)| self.alone(*a)).for_each(|(_, p)| *p = 0.0);
+    }
+
+    /// Whether a particle at the surface has nobody to bear a pressure.
+    fn alone(&self, a: usize) -> bool {
+        self.surface[a] && !self.bears[a]
     }
 
     /// Ways in m by which particles, which go so fast in m/s `past` others, come back to where they fill the volume evenly, in a step in s.

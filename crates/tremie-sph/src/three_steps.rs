@@ -31,7 +31,7 @@ use tremie_numerics::{DMat3, DVec3};
 use crate::particles::{Particles, norm_of_strain};
 use crate::plate::Plate;
 use crate::pressure::Poisson;
-use crate::viscosity::{Row, System};
+use crate::viscosity::{Row, Start, System, Viscous};
 
 /// Smoothing length in spacings.
 const LENGTH: f64 = 1.2;
@@ -254,22 +254,12 @@ impl Particles {
         let forces = vec![DVec3::ZERO; self.positions.len()];
         let mut velocities = self.velocities.clone();
         let density = fluid.density;
-        let diffusion = match self.space.dimension {
-            Dimension::Two => scene.viscous::<2, 3>(&viscosity).advance(
-                density,
-                &forces,
-                &mut velocities,
-                step,
-                explicit,
-            )?,
-            Dimension::Three => scene.viscous::<3, 6>(&viscosity).advance(
-                density,
-                &forces,
-                &mut velocities,
-                step,
-                explicit,
-            )?,
+        let start = Start { density, velocities: &self.velocities, step, explicit };
+        let viscous: Box<dyn Viscous> = match self.space.dimension {
+            Dimension::Two => Box::new(scene.viscous::<2, 3>(&viscosity).step(&start)),
+            Dimension::Three => Box::new(scene.viscous::<3, 6>(&viscosity).step(&start)),
         };
+        let diffusion = viscous.advance(&forces, &mut velocities)?;
         let go = |share: f64, with: &[DVec3]| -> Vec<DVec3> {
             let way = |((at, one), other): ((&DVec3, &DVec3), &DVec3)| *at + share * step * (*one + *other);
             self.positions.iter().zip(&self.velocities).zip(with).map(way).collect()

@@ -220,59 +220,89 @@ impl<'a, const D: usize, const M: usize> System<'a, D, M> {
         Self { around, matrix, stiffest, carried }
     }
 
-    /// Brings velocities in m/s to the end of a step of `step` in s under forces in N/m3, all at once unless it is `explicit`; gives the iterations that it took.
-    pub(crate) fn advance(
-        self,
-        density: f64,
-        forces: &[DVec3],
-        velocities: &mut [DVec3],
-        step: f64,
-        explicit: bool,
-    ) -> Result<usize, Failure> {
-        match explicit {
-            true => Ok(self.push(density, forces, velocities, step)),
-            false => self.diffuse(density, forces, velocities, step),
-        }
-    }
-
-    fn diffuse(
-        mut self,
-        density: f64,
-        forces: &[DVec3],
-        velocities: &mut [DVec3],
-        step: f64,
-    ) -> Result<usize, Failure> {
-        let (around, rate) = (self.around, density / step);
-        let share = 1.0 - (rate / self.stiffest).min(OLD);
-        let mut new: Vec<f64> = velocities.iter().flat_map(|u| flat::<D>(*u)).collect();
-        let mut braked = vec![0.0; new.len()];
-        self.matrix.times(&new, &mut braked);
-        self.matrix.shift(rate / share);
-        let pushed = forces.iter().flat_map(|force| flat::<D>(*force)).zip(&self.carried);
-        let right = pushed.zip(new.iter().zip(&braked)).map(|((force, carried), (u, braked))| {
-            (rate * u + force + carried - (1.0 - share) * braked) / share
-        });
-        let right: Vec<f64> = right.collect();
-        let places = &around.positions[..around.number];
-        let multigrid = Multigrid::<D, M>::new(&self.matrix, places, around.spacing);
-        let solved = solve(&self.matrix, Some(&multigrid), &right, &mut new, &SETTINGS)?;
-        for (u, new) in velocities.iter_mut().zip(new.as_chunks::<D>().0) {
-            AXES[D].iter().zip(new).for_each(|(axis, new)| u[*axis] = *new);
-        }
-        Ok(solved.iterations)
-    }
-
-    /// By the velocities at the beginning of the step; no iterations.
-    fn push(&self, density: f64, forces: &[DVec3], velocities: &mut [DVec3], step: f64) -> usize {
+    /// What is to be solved for the velocities at the end of a step.
+    pub(crate) fn step(mut self, start: &Start) -> Step<D, M> {
+        let Start { density, velocities, step, explicit } = *start;
+        let rate = density / step;
+        // Of the new velocities.
+        let share = if explicit { 0.0 } else { 1.0 - (rate / self.stiffest).min(OLD) };
         let before: Vec<f64> = velocities.iter().flat_map(|u| flat::<D>(*u)).collect();
         let mut braked = vec![0.0; before.len()];
         self.matrix.times(&before, &mut braked);
-        for (n, (u, force)) in velocities.iter_mut().zip(forces).enumerate() {
-            for (k, axis) in AXES[D].iter().enumerate() {
-                u[*axis] += step / density * (force[*axis] + self.carried[n * D + k] - braked[n * D + k]);
-            }
+        let pushed = before.iter().zip(self.carried.iter().zip(&braked));
+        let still = pushed.map(|(u, (carried, braked))| rate * u + carried - (1.0 - share) * braked);
+        let still = still.collect();
+        if explicit {
+            return Step { still, whole: rate, solver: None };
         }
-        0
+        self.matrix.shift(rate / share);
+        let around = self.around;
+        let places = &around.positions[..around.number];
+        let multigrid = Multigrid::<D, M>::new(&self.matrix, places, around.spacing);
+        Step { still, whole: share, solver: Some((self.matrix, multigrid)) }
+    }
+}
+
+/// A step of the viscous part that can be taken under any forces.
+pub(crate) trait Viscous {
+    /// Brings velocities in m/s to the end of the step under forces in N/m3, from such as are near; gives the iterations that it took.
+    fn advance(&self, forces: &[DVec3], velocities: &mut [DVec3]) -> Result<usize, Failure>;
+}
+
+/// What a step starts from.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Start<'a> {
+    /// In kg/m3.
+    pub(crate) density: f64,
+    /// In m/s.
+    pub(crate) velocities: &'a [DVec3],
+    /// In s.
+    pub(crate) step: f64,
+    /// Whether the stress is that of those velocities, and not of the new ones.
+    pub(crate) explicit: bool,
+}
+
+/// Such a step of particles of which some are at the `surface`, by apparent viscosities in Pa s.
+pub(crate) fn system(
+    around: &Surroundings,
+    surface: &[bool],
+    openness: &Openness,
+    viscosity: &[f64],
+    start: &Start,
+) -> Box<dyn Viscous> {
+    match around.dimension {
+        Dimension::Two => Box::new(System::<2, 3>::new(around, surface, openness, viscosity).step(start)),
+        Dimension::Three => Box::new(System::<3, 6>::new(around, surface, openness, viscosity).step(start)),
+    }
+}
+
+/// The same in D dimensions, of which pieces move and turn in M ways.
+pub(crate) struct Step<const D: usize, const M: usize> {
+    /// What the momentum would be over the step without forces, but for the stress of the new velocities, in N/m3.
+    still: Vec<f64>,
+    /// What that is divided by.
+    whole: f64,
+    /// What the new velocities are multiplied with; nothing else in explicit steps.
+    solver: Option<(Matrix<D>, Multigrid<D, M>)>,
+}
+
+impl<const D: usize, const M: usize> Viscous for Step<D, M> {
+    fn advance(&self, forces: &[DVec3], velocities: &mut [DVec3]) -> Result<usize, Failure> {
+        let forces = forces.iter().flat_map(|force| flat::<D>(*force));
+        let right = self.still.iter().zip(forces).map(|(still, force)| (still + force) / self.whole);
+        let right: Vec<f64> = right.collect();
+        let (new, iterations) = match &self.solver {
+            Some((matrix, multigrid)) => {
+                let mut new: Vec<f64> = velocities.iter().flat_map(|u| flat::<D>(*u)).collect();
+                let solved = solve(matrix, Some(multigrid), &right, &mut new, &SETTINGS)?;
+                (new, solved.iterations)
+            }
+            None => (right, 0),
+        };
+        for (u, new) in velocities.iter_mut().zip(new.as_chunks::<D>().0) {
+            AXES[D].iter().zip(new).for_each(|(axis, new)| u[*axis] = *new);
+        }
+        Ok(iterations)
     }
 }
 
@@ -372,9 +402,11 @@ mod tests {
             let openness = Openness::new(&around, &gradients, &surface);
             let forces: Vec<DVec3> =
                 positions.iter().map(|at| DVec3::new(9.0 * at.z, 0.0, -2e4 * at.x)).collect();
-            let mut velocities = vec![DVec3::ZERO; positions.len()];
+            let still = vec![DVec3::ZERO; positions.len()];
+            let mut velocities = still.clone();
             System::<2, 3>::new(&around, &surface, &openness, &viscosity)
-                .advance(2000.0, &forces, &mut velocities, 0.01, false)
+                .step(&Start { density: 2000.0, velocities: &still, step: 0.01, explicit: false })
+                .advance(&forces, &mut velocities)
                 .unwrap()
         };
         let [even, stiff] = [1.0, 1e3].map(iterations);
@@ -396,12 +428,9 @@ mod tests {
         let surface = around.surface(&gradients);
         let openness = Openness::new(&around, &gradients, &surface);
         let still = vec![DVec3::ZERO; positions.len()];
-        let solved = match dimension {
-            Dimension::Two => System::<2, 3>::new(&around, &surface, &openness, &viscosity)
-                .advance(density, &still, &mut after, step, false),
-            Dimension::Three => System::<3, 6>::new(&around, &surface, &openness, &viscosity)
-                .advance(density, &still, &mut after, step, false),
-        };
+        let start = Start { density, velocities: &before, step, explicit: false };
+        let system = system(&around, &surface, &openness, &viscosity, &start);
+        let solved = system.advance(&still, &mut after);
         assert!(solved.is_ok(), "{solved:?}");
         let (mut sum, mut whole) = (0.0, 0.0);
         for n in (0..positions.len()).filter(|n| positions[*n].abs().max_element() < 0.2) {

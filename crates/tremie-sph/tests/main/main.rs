@@ -143,26 +143,38 @@ fn a_column_falls_over() {
     assert!(fastest < 0.01, "{fastest}");
 }
 
+/// Drops 11 particles of 2 mm across, at places in m above a floor, that are thrown down at speeds in m/s.
+fn thrown(viscosity: f64, drops: &[(DVec3, f64)]) -> Particles {
+    let spacing = 0.002;
+    let space = Space { walls: vec![wall(DVec3::ZERO, DVec3::Z)], ..Space::free(Dimension::Two, spacing) };
+    let stepping = Stepping { courant: 0.2, longest: 0.01, explicit: false };
+    let one = |&(centre, speed): &(DVec3, f64)| {
+        let full = Body::Shape(Shape::Sphere { centre, radius: 5.5 * spacing });
+        nodes(&full, spacing, Dimension::Two, 0.0).into_iter().map(move |at| (at, -speed * DVec3::Z))
+    };
+    let (positions, velocities) = drops.iter().flat_map(one).unzip();
+    let mut drops = Particles::new(positions, space, water(viscosity), stepping);
+    drops.velocities = velocities;
+    drops
+}
+
+fn lowest(drop: &Particles) -> f64 {
+    drop.positions.iter().map(|at| at.z).fold(f64::INFINITY, f64::min)
+}
+
 /// Stiff paste that falls does not change, and goes as far as is seen beforehand in a step; beside a floor only as far as may be gone along walls.
 #[test]
 fn steps_grow_short_where_a_drop_lands() {
-    let spacing = 0.002;
-    let full = Body::Shape(Shape::Sphere { centre: 0.5 * DVec3::Z, radius: 5.5 * spacing });
-    let floor = wall(DVec3::ZERO, DVec3::Z);
-    let space = Space { walls: vec![floor], ..Space::free(Dimension::Two, spacing) };
-    let length = space.smoothing_length();
-    let stepping = Stepping { courant: 0.2, longest: 0.01, explicit: false };
-    let start = nodes(&full, spacing, Dimension::Two, 0.0);
-    let mut drop = Particles::new(start.clone(), space, water(1e4), stepping);
-    let thrown = -2.0 * DVec3::Z;
-    drop.velocities.fill(thrown);
-    let lowest = |drop: &Particles| drop.positions.iter().map(|at| at.z).fold(f64::INFINITY, f64::min);
+    let speed = 2.0;
+    let mut drop = thrown(1e4, &[(0.5 * DVec3::Z, speed)]);
+    let (start, spacing) = (drop.positions.clone(), 0.002);
+    let length = 1.5 * spacing;
     // The linear systems are solved to a millionth of the speeds.
     while lowest(&drop) > 0.1 {
         assert!(drop.time_step() > 0.79 * length / drop.velocities[0].length());
         drop.advance().unwrap();
         let t = drop.time();
-        let way = thrown * t - 0.5 * 9.81 * t * t * DVec3::Z;
+        let way = -(speed * t + 0.5 * 9.81 * t * t) * DVec3::Z;
         for (at, from) in drop.positions.iter().zip(&start) {
             assert!((*at - *from - way).length() < 0.01 * spacing, "{t}: {at} instead of {}", *from + way);
         }
@@ -171,10 +183,43 @@ fn steps_grow_short_where_a_drop_lands() {
         drop.advance().unwrap();
     }
     assert!(drop.time_step() < 0.21 * length / drop.velocities[0].length());
-    while drop.time() < 0.3 {
-        drop.advance().unwrap();
+}
+
+/// However stiff it is, nothing throws it up again.
+#[test]
+fn a_drop_stays_where_it_lands() {
+    let spacing = 0.002;
+    for viscosity in [1e3, 1e4, 1e5, 1e6] {
+        let mut drop = thrown(viscosity, &[(0.1 * DVec3::Z, 2.7)]);
+        let mut down = f64::INFINITY;
+        while drop.time() < 0.1 {
+            drop.advance().unwrap();
+            down = down.min(lowest(&drop));
+            assert!(lowest(&drop) < down + 0.1 * spacing, "{viscosity}: rises at {}", drop.time());
+        }
+        assert!(down > 0.5 * spacing && down < 1.5 * spacing, "{viscosity}: {down}");
+        let fastest = drop.velocities.iter().map(|u| u.length()).fold(0.0, f64::max);
+        assert!(fastest < 5e-3, "{viscosity}: {fastest}");
     }
-    assert!(lowest(&drop) > 0.2 * spacing && drop.velocities.iter().all(|u| u.length() < 0.1));
+}
+
+/// Nor where it lands on another, beside whose middle it does: it rolls off.
+#[test]
+fn a_drop_stays_on_a_drop() {
+    let spacing = 0.002;
+    for viscosity in [1e3, 1e4] {
+        let lower = DVec3::new(0.006, 0.0, 0.012);
+        let mut drops = thrown(viscosity, &[(0.1 * DVec3::Z, 2.7), (lower, 0.0)]);
+        let top = |drops: &Particles| drops.positions.iter().map(|at| at.z).fold(0.0, f64::max);
+        let mut down = f64::INFINITY;
+        while drops.time() < 0.1 {
+            drops.advance().unwrap();
+            down = down.min(top(&drops));
+            assert!(top(&drops) < down + 0.1 * spacing, "{viscosity}: rises at {}", drops.time());
+        }
+        let fastest = drops.velocities.iter().map(|u| u.length()).fold(0.0, f64::max);
+        assert!(fastest < 0.1, "{viscosity}: {fastest}");
+    }
 }
 
 #[test]
