@@ -130,6 +130,7 @@ const BENCHMARKS: &[Benchmark] = &[
     benchmark!(surface::advection, "advection-disc", "case.toml"),
     benchmark!(surface::advection, "advection-drop", "case.toml"),
     benchmark!(surface::free_fall, "free-fall", "lbm.toml", "isph.toml", "ldd.toml"),
+    benchmark!(surface::falling_lump, "falling-lump", "lbm.toml", "isph.toml", "ldd.toml"),
     benchmark!(tension::capillary_drop, "capillary-drop", "case.toml"),
     benchmark!(invariance::invariance, "invariance", "slump.toml", "lumps.toml"),
     benchmark!(collapse::dam_break_water, "dam-break-water", "case.toml", "reference.csv", "height.csv"),

@@ -6,6 +6,7 @@ use tremie_lbm::lattice_boltzmann;
 use tremie_simulation::{Cells, Fluid};
 
 use super::benchmark::{Check, Context, shown};
+use super::collapse::heights;
 use super::flow::{Flow, cell_at, centres, lattice};
 
 /// Steps after which liquid at rest must lie still.
@@ -164,6 +165,37 @@ pub(super) fn free_fall(context: &Context) -> anyhow::Result<Vec<Check>> {
     };
     let checks: anyhow::Result<Vec<Vec<Check>>> = runs.into_par_iter().map(fall).collect();
     Ok(checks?.concat())
+}
+
+/// A lump that falls into a pool, by particles and nodes against the lattice.
+pub(super) fn falling_lump(context: &Context) -> anyhow::Result<Vec<Check>> {
+    let fall = |case: &str| -> anyhow::Result<(f64, Vec<f64>)> {
+        let case = context.case(case)?;
+        let end = case.stop.time;
+        let mut flow = Flow::new(case);
+        let [start, _] = middle(&flow.cells());
+        flow.until(end)?;
+        let cells = flow.cells();
+        let [height, _] = middle(&cells);
+        Ok((start - height, heights(&cells)))
+    };
+    let runs: anyhow::Result<Vec<_>> =
+        ["lbm.toml", "isph.toml", "ldd.toml"].into_par_iter().map(fall).collect();
+    let runs = runs?;
+    let (way, profile) = &runs[0];
+    let mut checks = Vec::new();
+    for (name, (found, other)) in ["isph", "ldd"].into_iter().zip(&runs[1..]) {
+        checks.push(context.relative("middle", format!("way of the middle, {name}"), "m", *way, *found)?);
+        let off: f64 = profile.iter().zip(other).map(|(one, other)| (one - other).abs()).sum();
+        let off = off / profile.iter().sum::<f64>();
+        checks.push(context.zero(
+            "profile",
+            format!("difference of profiles over the volume, {name}"),
+            "",
+            off,
+        )?);
+    }
+    Ok(checks)
 }
 
 /// Height in m of the middle of the fluid, and its mean velocity in m/s upward.
