@@ -173,9 +173,9 @@ impl Particles {
         (step, past.into_iter().map(|[any, _]| any.min(most)).collect())
     }
 
-    /// Longest step in s, of `step` in s at most, in which those who are no neighbours yet come no nearer than that, or into reach no farther than a step may go past others; each goes no farther than `farthest` in m in it.
+    /// Longest step in s, of `step` in s at most, in which those who are no neighbours yet come up to where they would be, or, if they are close to that, as far beyond as a step may go past others. In it each goes no farther than `farthest` in m.
     ///
-    /// Forces are those half-way in a step. Who would meet only after that could be stopped by nothing but what the forces of pressures, each other's adjoints nowhere, leave over within a piece of fluid: drops were thrown up again.
+    /// Forces are those half-way in a step. Who met only after that could be stopped by nothing but what forces of pressures within each piece leave over, which do not add up to nothing: drops were thrown up again.
     fn until_met(&self, around: &Surroundings, sprayed: &[bool], step: f64, farthest: f64) -> f64 {
         let whole =
             around.on_lattice(|r| if r < around.kernel.support() { 1.0 } else { 0.0 }) / around.volume;
