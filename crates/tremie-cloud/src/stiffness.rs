@@ -51,9 +51,12 @@ impl Stiffness {
         (1.0 - self.inertia(viscosity)) * chi * viscosity * (divergence + soft * rough)
     }
 
-    /// What a step leaves of a pressure at the surface, with a viscosity in Pa s.
-    pub fn kept(&self, viscosity: f64) -> f64 {
-        1.0 - self.inertia(viscosity).powi(2)
+    /// Takes off `pressures` in Pa what a `stress` in Pa wants, and of nodes at the `surface` what is left from when viscosities in Pa s were more to a step.
+    pub fn follow(&self, surface: &[bool], stress: &[f64], viscosity: &[f64], pressures: &mut [f64]) {
+        for (a, p) in pressures.iter_mut().enumerate() {
+            let kept = if surface[a] { 1.0 - self.inertia(viscosity[a]).powi(2) } else { 1.0 };
+            *p = kept * *p - stress[a];
+        }
     }
 }
 

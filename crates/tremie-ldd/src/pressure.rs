@@ -188,11 +188,7 @@ impl<'a> Poisson<'a> {
 
     /// Takes off `pressures` in Pa what a `stress` in Pa wants, and at the surface what is left from when viscosities in Pa s were more to a step in s.
     pub(crate) fn follow(&self, pressures: &mut [f64], stress: &[f64], viscosity: &[f64], step: f64) {
-        let stiffness = self.stiffness(step);
-        for (a, p) in pressures.iter_mut().enumerate() {
-            let kept = if self.stencils.surface[a] { stiffness.kept(viscosity[a]) } else { 1.0 };
-            *p = kept * *p - stress[a];
-        }
+        self.stiffness(step).follow(&self.stencils.surface, stress, viscosity, pressures);
     }
 
     /// Ways in m by which nodes, which go so fast in m/s `past` others, come back to where they fill the volume evenly, in a step in s.

@@ -181,11 +181,11 @@ impl Particles {
             around.on_lattice(|r| if r < around.kernel.support() { 1.0 } else { 0.0 }) / around.volume;
         let outer = |a: &usize| (around.near.of(*a).len() as f64) < OUTER * whole;
         let outer: Vec<usize> = (0..around.number).filter(outer).collect();
-        fn of<T: Copy>(outer: &[usize], all: &[T]) -> Vec<T> {
+        fn only<T: Copy>(outer: &[usize], all: &[T]) -> Vec<T> {
             outer.iter().map(|a| all[*a]).collect()
         }
-        let (places, velocities) = (of(&outer, &self.positions), of(&outer, &self.velocities));
-        let sprayed = of(&outer, sprayed);
+        let (places, velocities) = (only(&outer, &self.positions), only(&outer, &self.velocities));
+        let sprayed = only(&outer, sprayed);
         let support = around.kernel.support();
         // Twice as much of what goes there as of what comes from there.
         let reach = support + 2.0 * farthest;

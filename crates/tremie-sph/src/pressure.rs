@@ -195,11 +195,7 @@ impl<'a> Poisson<'a> {
 
     /// Takes off `pressures` in Pa what a `stress` in Pa wants, and at the surface what is left from when viscosities in Pa s were more to a step in s.
     pub(crate) fn follow(&self, pressures: &mut [f64], stress: &[f64], viscosity: &[f64], step: f64) {
-        let stiffness = self.stiffness(step);
-        for (a, p) in pressures.iter_mut().enumerate() {
-            let kept = if self.surface[a] { stiffness.kept(viscosity[a]) } else { 1.0 };
-            *p = kept * *p - stress[a];
-        }
+        self.stiffness(step).follow(&self.surface, stress, viscosity, pressures);
         self.settle(pressures);
     }
 
