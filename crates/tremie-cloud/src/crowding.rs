@@ -57,13 +57,7 @@ pub fn crowding(
         }
     };
     let taken = |a: usize| (RELAXES * past[a] * step / length).min(1.0);
-    let mut all = around.each(|a| taken(a) * crowded(a));
-    // Without a surface the volume cannot change.
-    if !surface.contains(&true) {
-        let mean = all.iter().sum::<f64>() / all.len() as f64;
-        all.iter_mut().for_each(|of| *of -= mean);
-    }
-    all
+    around.each(|a| taken(a) * crowded(a))
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@
 //! any number of threads.
 
 mod balance;
+mod confined;
 mod crowding;
 mod curve;
 mod kernel;
@@ -30,6 +31,7 @@ mod surface;
 mod surroundings;
 
 pub use balance::{Balanced, Pressed, balance, else_borne};
+pub use confined::solve_confined;
 pub use crowding::crowding;
 pub use curve::along_curve;
 pub use kernel::{Dimension, Kernel, Smoothing};

@@ -13,6 +13,7 @@
 use tremie_cloud::stiffness::Stiffness;
 use tremie_cloud::{
     Block, Failure, Gradients, Matrix, Method, Multigrid, Operator, Settings, Source, crowding, solve,
+    solve_confined,
 };
 use tremie_numerics::DVec3;
 
@@ -56,9 +57,8 @@ impl<'a> Poisson<'a> {
         let around = stencils.around;
         // Without a surface pressures are known but for a constant.
         let confined = !stencils.surface.contains(&true);
-        let given = |a: usize| stencils.surface[a] || (confined && a == 0);
         let row = |a: usize, others: &mut Vec<(u32, Block<1>)>| {
-            if given(a) {
+            if stencils.surface[a] {
                 return [[1.0]];
             }
             let mut own = 0.0;
@@ -74,7 +74,8 @@ impl<'a> Poisson<'a> {
         let matrix = Matrix::build(around.number, row);
         let weights = around.each(|a| {
             let images = stencils.pairs(a).filter(|(n, ..)| *n >= around.number);
-            (!given(a)).then(|| images.map(|(n, _, c)| c * weight(fluid, &around.sources[n])).sum())
+            (!stencils.surface[a])
+                .then(|| images.map(|(n, _, c)| c * weight(fluid, &around.sources[n])).sum())
         });
         let multigrid = Multigrid::new(&matrix, &around.positions[..around.number], around.spacing);
         Self { stencils, fluid, matrix, multigrid, weights, confined }
@@ -86,17 +87,19 @@ impl<'a> Poisson<'a> {
         source: impl Fn(usize) -> f64 + Sync + Send,
         pressures: &mut [f64],
     ) -> Result<usize, Failure> {
-        let around = self.stencils.around;
-        let given = |a: usize| if self.stencils.surface[a] { pressures[a] } else { 0.0 };
-        let mut right =
-            around.each(|a| self.weights[a].map_or_else(|| given(a), |weight| weight - source(a)));
-        if self.confined {
-            // What cannot be met: fluid that appears all over.
-            let mean = right.iter().sum::<f64>() / right.len() as f64;
-            right.iter_mut().skip(1).for_each(|right| *right -= mean);
-            right[0] = 0.0;
-        }
-        Ok(solve(&self.matrix, Some(&self.multigrid), &right, pressures, &SETTINGS)?.iterations)
+        let row = |a: usize| self.weights[a].map_or(pressures[a], |weight| weight - source(a));
+        let right = self.stencils.around.each(row);
+        self.found(&right, pressures, &SETTINGS)
+    }
+
+    /// Finds the values, from those given, that the matrix makes a right-hand side of; gives the iterations.
+    fn found(&self, right: &[f64], values: &mut [f64], settings: &Settings) -> Result<usize, Failure> {
+        let (matrix, multigrid) = (&self.matrix, &self.multigrid);
+        let solved = match self.confined {
+            true => solve_confined(matrix, multigrid, right, values, settings),
+            false => solve(matrix, Some(multigrid), right, values, settings),
+        };
+        Ok(solved?.iterations)
     }
 
     /// The pressures in Pa under which fluid that is about to fall is held by walls.
@@ -135,8 +138,7 @@ impl<'a> Poisson<'a> {
         let weight = self.fluid.density * self.fluid.gravity;
         let mut bends = vec![0.0; around.number];
         self.matrix.times(pressures, &mut bends);
-        let moved: Vec<DVec3> =
-            around.mirrored(|source| source.turn * velocities[source.of] + source.carried);
+        let moved = around.reflected(velocities);
         let pushes: Vec<DVec3> =
             around.mirrored(|source| weight + source.mirror * (pushed[source.of] - weight));
         Excess {
@@ -200,7 +202,7 @@ impl<'a> Poisson<'a> {
             .zip(&self.weights)
             .for_each(|(of, row)| *of = if row.is_some() { -*of } else { 0.0 });
         let mut values = vec![0.0; around.number];
-        solve(&self.matrix, Some(&self.multigrid), &right, &mut values, &ROUGHLY)?;
+        self.found(&right, &mut values, &ROUGHLY)?;
         let all = around.mirrored(|source| values[source.of]);
         Ok(around.each(|a| stencils.gradient(a, &all)))
     }

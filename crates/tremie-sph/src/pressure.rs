@@ -19,6 +19,7 @@
 use tremie_cloud::stiffness::Stiffness;
 use tremie_cloud::{
     Failure, Gradients, Matrix, Method, Multigrid, Operator, Settings, Source, Surroundings, crowding, solve,
+    solve_confined,
 };
 use tremie_numerics::DVec3;
 
@@ -86,11 +87,8 @@ impl<'a> Poisson<'a> {
         let gradients = around.gradients();
         let surface = around.surface(&gradients);
         let bears = bears(around, &surface);
-        // Without a surface values are known but for a constant.
-        let pinned = !surface.contains(&true);
         let row = |a: usize| {
-            let weights =
-                if surface[a] || (pinned && a == 0) { None } else { laplacian(around, &gradients, a) };
+            let weights = (!surface[a]).then(|| laplacian(around, &gradients, a)).flatten();
             let Some(weights) = weights else { return (1.0, Vec::new(), None) };
             let (mut own, mut others, mut right) = (0.0, Vec::<(u32, f64)>::new(), 0.0);
             for ((_, _, source), c) in around.around(a).zip(weights) {
@@ -128,7 +126,13 @@ impl<'a> Poisson<'a> {
         let weight = |a: usize| if weighs { self.weights[a] } else { 0.0 };
         let given = |a: usize| if weighs && self.surface[a] { values[a] } else { 0.0 };
         let right = self.around.each(|a| if self.given[a] { given(a) } else { weight(a) - source(a) });
-        Ok(solve(&self.matrix, Some(&self.multigrid), &right, values, settings)?.iterations)
+        let (matrix, multigrid) = (&self.matrix, &self.multigrid);
+        // Where none is given, values are known but for a constant.
+        let solved = match self.given.contains(&true) {
+            true => solve(matrix, Some(multigrid), &right, values, settings),
+            false => solve_confined(matrix, multigrid, &right, values, settings),
+        };
+        Ok(solved?.iterations)
     }
 
     /// The pressures in Pa under which fluid that is about to fall is held by walls.

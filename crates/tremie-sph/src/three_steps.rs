@@ -24,7 +24,7 @@
 
 use tremie_cloud::{
     Dimension, Failure, Gradients, Kernel, Matrix, Method, Multigrid, Neighbours, Operator, Settings,
-    Smoothing, Source, Space, Surroundings, solve,
+    Smoothing, Source, Space, Surroundings, solve, solve_confined,
 };
 use tremie_numerics::{DMat3, DVec3};
 
@@ -295,11 +295,9 @@ impl Particles {
         let (around, density) = (&after.around, self.fluid.density);
         let gradients = around.gradients();
         let surface = around.surface(&gradients);
-        let pinned = !surface.contains(&true);
-        let given = |a: usize| surface[a] || (pinned && a == 0);
         let soft = (SOFT * LENGTH * self.space.spacing).powi(2);
         let row = |a: usize| {
-            if given(a) {
+            if surface[a] {
                 return (1.0, Vec::new(), 0.0);
             }
             let (mut own, mut others, mut right) = (0.0, Vec::<(u32, f64)>::new(), 0.0);
@@ -312,7 +310,7 @@ impl Particles {
                     right += c * after.weight.dot(source.off);
                     if source.of != a {
                         own += c;
-                        if !given(source.of) {
+                        if !surface[source.of] {
                             others.push((source.of as u32, -c));
                         }
                     }
@@ -336,7 +334,12 @@ impl Particles {
             PressureStep::Solve => {
                 let places = &around.positions[..around.number];
                 let multigrid = Multigrid::<1, 1>::new(&matrix, places, around.spacing);
-                Ok(solve(&matrix, Some(&multigrid), &right, pressures, &SETTINGS)?.iterations)
+                // Without a surface pressures are known but for a constant.
+                let solved = match surface.contains(&true) {
+                    true => solve(&matrix, Some(&multigrid), &right, pressures, &SETTINGS),
+                    false => solve_confined(&matrix, &multigrid, &right, pressures, &SETTINGS),
+                };
+                Ok(solved?.iterations)
             }
             PressureStep::Sweep => {
                 let mut product = vec![0.0; right.len()];

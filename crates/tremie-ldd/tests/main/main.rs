@@ -121,6 +121,34 @@ fn steps_are_short_enough_for_walls_that_slide() {
     assert_eq!(nodes.time_step(), stepping.courant * spacing);
 }
 
+/// Fluid in a box that it fills, drawn around by a lid: it has nowhere to go, and nothing but fluid is in the box. In a square lattice no place is farther than 0.71 spacings from a node.
+#[test]
+fn a_box_that_is_full_stays_full() {
+    let (edge, spacing) = (24, 1.0 / 24.0);
+    let lid = Wall { sliding: DVec3::X, ..wall(DVec3::ONE, DVec3::NEG_Z) };
+    let others = [(DVec3::ZERO, DVec3::X), (DVec3::ONE, DVec3::NEG_X), (DVec3::ZERO, DVec3::Z)];
+    let walls = others.map(|(point, normal)| wall(point, normal)).into_iter().chain([lid]).collect();
+    let space = Space { walls, ..Space::free(Dimension::Two, spacing) };
+    let full = Body::Shape(Shape::Box { min: DVec3::ZERO, max: DVec3::ONE });
+    let positions = nodes(&full, spacing, Dimension::Two, 0.5);
+    let fluid = Fluid { gravity: DVec3::ZERO, ..water(10.0) };
+    let mut nodes = Nodes::new(positions, space, fluid, STEPPING);
+    let height = nodes.positions[0].y;
+    let places: Vec<DVec3> = (0..4 * edge * edge)
+        .map(|n| 0.5 * spacing * DVec3::new((n % (2 * edge)) as f64, 0.0, (n / (2 * edge)) as f64))
+        .map(|at| at + DVec3::new(0.25 * spacing, height, 0.25 * spacing))
+        .collect();
+    let mut widest: f64 = 0.0;
+    while nodes.time() < 8.0 {
+        nodes.advance().unwrap_or_else(|error| panic!("{error}"));
+        let far = |at: &DVec3| nodes.positions.iter().map(|n| n.distance(*at)).fold(f64::MAX, f64::min);
+        if nodes.time() > 4.0 {
+            widest = places.iter().map(far).fold(widest, f64::max);
+        }
+    }
+    assert!(widest < 1.2 * spacing, "{}", widest / spacing);
+}
+
 #[test]
 fn disordered_fluid_at_rest_stays_at_rest() {
     for (dimension, coupling) in [
