@@ -44,6 +44,8 @@ pub(crate) struct Poisson<'a> {
     weights: Vec<Option<f64>>,
     /// Whether there is no surface.
     confined: bool,
+    /// Who has nobody around it that is at the surface.
+    deep: Vec<bool>,
 }
 
 /// What an image's pressure in Pa is more than that of its node: the weight of the fluid between them.
@@ -78,7 +80,9 @@ impl<'a> Poisson<'a> {
                 .then(|| images.map(|(n, _, c)| c * weight(fluid, &around.sources[n])).sum())
         });
         let multigrid = Multigrid::new(&matrix, &around.positions[..around.number], around.spacing);
-        Self { stencils, fluid, matrix, multigrid, weights, confined }
+        let deep =
+            around.each(|a| stencils.near.of(a).iter().all(|n| !stencils.surface[around.of(*n as usize)]));
+        Self { stencils, fluid, matrix, multigrid, weights, confined, deep }
     }
 
     /// Finds the pressures in Pa from those given whose Laplacian is `source`; gives the iterations.
@@ -138,11 +142,14 @@ impl<'a> Poisson<'a> {
         let weight = self.fluid.density * self.fluid.gravity;
         let mut bends = vec![0.0; around.number];
         self.matrix.times(pressures, &mut bends);
-        let moved = around.reflected(velocities);
+        // What images have for friction continues fluid that shears, but diverges where it is drawn along a wall; what mirrors make of velocities does not, but has a kink at the wall, which only
+        // neighbours on all sides even out: where a front rolls over a floor it would be driven off.
+        let [even, odd] = [around.reflected(velocities), around.velocities(velocities)];
+        let moved = |a: usize| if self.deep[a] { &even } else { &odd };
         let pushes: Vec<DVec3> =
             around.mirrored(|source| weight + source.mirror * (pushed[source.of] - weight));
         Excess {
-            divergence: around.each(|a| stencils.divergence(a, &moved) - wanted[a]),
+            divergence: around.each(|a| stencils.divergence(a, moved(a)) - wanted[a]),
             rough: around.each(|a| match self.weights[a] {
                 Some(weight) => stencils.divergence(a, &pushes) - (weight - bends[a]),
                 None => 0.0,
