@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 use tremie_cloud::{
     Dimension, Failure, Follower, Gradients, Pressed, Source, Space, Surroundings, Wall, along_curve,
-    balance, else_borne, reorder,
+    at_start, balance, else_borne, reorder,
 };
 use tremie_numerics::DVec3;
 use tremie_rheology::FlowCurve;
@@ -85,9 +85,6 @@ pub struct Stepping {
 const LEAST: f64 = 1e-4;
 /// Share of the time in which nodes fall a spacing.
 const FALL: f64 = 0.5;
-/// The first step over the longest one, and how much longer than the one before a step may be. Viscosities are told by the velocities before: what is at rest is stiff, and begins to flow one or two steps late.
-const FIRST: f64 = 0.05;
-const GROWS: f64 = 1.2;
 /// Distance from walls in spacings below which no node may be; at rest they are half a spacing off.
 const CLOSEST: f64 = 0.25;
 /// How far nodes that are too near to each other may part in a step, over the way that they go past others in it; and in how many sweeps.
@@ -151,8 +148,7 @@ impl Nodes {
         let moves = |wall: &Wall| wall.motion.largest_speed(self.time) + wall.sliding.length();
         let walls = self.space.walls.iter().map(moves);
         let fastest = self.velocities.iter().map(|u| u.length()).chain(walls).fold(0.0, f64::max);
-        let longest = longest_step(self.space.spacing, fastest, &self.stepping, self.fluid.gravity);
-        if self.last_step == 0.0 { FIRST * longest } else { longest.min(GROWS * self.last_step) }
+        at_start(longest_step(self.space.spacing, fastest, &self.stepping, self.fluid.gravity), self.time)
     }
 
     /// Brings nodes into the order in which they stand along a curve through space, so that those who are near stand near in memory.

@@ -15,7 +15,7 @@
 //! leap-frogging. The velocities become those of the fluid at x'.
 
 use tremie_cloud::{
-    Failure, Follower, Gradients, Kernel, Pressed, Smoothing, Source, Space, Surroundings, balance,
+    Failure, Follower, Gradients, Kernel, Pressed, Smoothing, Source, Space, Surroundings, at_start, balance,
     else_borne, reorder, sharpened,
 };
 use tremie_numerics::{DMat3, DVec3};
@@ -169,6 +169,7 @@ impl Particles {
         } else if self.three.is_some() {
             step = step.min(self.explicit_limit(self.fluid.curve.plastic_viscosity()));
         }
+        let step = at_start(step, self.time);
         let most = self.stepping.courant * length / step;
         (step, past.into_iter().map(|[any, _]| any.min(most)).collect())
     }
