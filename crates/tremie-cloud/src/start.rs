@@ -1,4 +1,4 @@
-//! Steps at the start.
+//! Steps at the start of a flow whose viscosity depends on the shear rate.
 //!
 //! Viscosities are told by the velocities before a step: what is at rest is stiff, and what is let go begins to flow one or two steps late. So the first step is short, and
 //! later ones grow by a fifth at most from one to the next: `dt_n = FIRST dt 1.2^n = FIRST dt + 0.2 t_n`.

@@ -148,7 +148,8 @@ impl Nodes {
         let moves = |wall: &Wall| wall.motion.largest_speed(self.time) + wall.sliding.length();
         let walls = self.space.walls.iter().map(moves);
         let fastest = self.velocities.iter().map(|u| u.length()).chain(walls).fold(0.0, f64::max);
-        at_start(longest_step(self.space.spacing, fastest, &self.stepping, self.fluid.gravity), self.time)
+        let longest = longest_step(self.space.spacing, fastest, &self.stepping, self.fluid.gravity);
+        if self.fluid.curve.is_newtonian() { longest } else { at_start(longest, self.time) }
     }
 
     /// Brings nodes into the order in which they stand along a curve through space, so that those who are near stand near in memory.

@@ -88,6 +88,11 @@ pub enum FlowCurve {
 }
 
 impl FlowCurve {
+    /// Whether the viscosity is the same at all shear rates.
+    pub fn is_newtonian(&self) -> bool {
+        matches!(self, Self::Newtonian { .. })
+    }
+
     /// Parameters of a fluid with a yield stress, be it regularised or not.
     pub fn viscoplastic(&self) -> Option<Viscoplastic> {
         match *self {

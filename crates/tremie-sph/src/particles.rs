@@ -169,7 +169,9 @@ impl Particles {
         } else if self.three.is_some() {
             step = step.min(self.explicit_limit(self.fluid.curve.plastic_viscosity()));
         }
-        let step = at_start(step, self.time);
+        if !self.fluid.curve.is_newtonian() {
+            step = at_start(step, self.time);
+        }
         let most = self.stepping.courant * length / step;
         (step, past.into_iter().map(|[any, _]| any.min(most)).collect())
     }
