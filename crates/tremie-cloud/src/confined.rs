@@ -39,17 +39,21 @@ impl Operator for Uneven<'_> {
     }
 }
 
-/// Solves `A x = b` but for what is the same in all rows, from the values that `x` has, by a matrix whose rows add up to nothing; the mean of `x` is none.
+/// Solves `A x = b` from the values that `x` has; where no row is `given` a value all must add up to nothing, and it is solved but for what is the same in all of them, with a mean of `x` of none.
 ///
 /// # Errors
 /// If the residual does not become small enough.
-pub fn solve_confined(
+pub fn solve_poisson(
     matrix: &Matrix,
     multigrid: &Multigrid<1, 1>,
+    given: bool,
     b: &[f64],
     x: &mut [f64],
     settings: &Settings,
 ) -> Result<Solved, Failure> {
+    if given {
+        return solve(matrix, Some(multigrid), b, x, settings);
+    }
     let mut right = b.to_vec();
     level(&mut right);
     let solved = solve(&Uneven(matrix), Some(multigrid), &right, x, settings);
@@ -84,7 +88,7 @@ mod tests {
         let b: Vec<f64> = (0..number).map(|_| random.random_range(-1.0..1.0)).collect();
         let (mut x, mut product) = (vec![3.0; number], vec![0.0; number]);
         let settings = Settings { method: Method::BiCgStab, tolerance: 1e-9, iterations: 500 };
-        solve_confined(&matrix, &multigrid, &b, &mut x, &settings).unwrap();
+        solve_poisson(&matrix, &multigrid, false, &b, &mut x, &settings).unwrap();
         matrix.times(&x, &mut product);
         let left: Vec<f64> = b.iter().zip(&product).map(|(b, product)| b - product).collect();
         let largest = x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));

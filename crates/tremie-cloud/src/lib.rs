@@ -32,7 +32,7 @@ mod surface;
 mod surroundings;
 
 pub use balance::{Balanced, Pressed, balance, else_borne};
-pub use confined::solve_confined;
+pub use confined::solve_poisson;
 pub use crowding::crowding;
 pub use curve::along_curve;
 pub use kernel::{Dimension, Kernel, Smoothing};

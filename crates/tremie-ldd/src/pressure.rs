@@ -12,8 +12,7 @@
 
 use tremie_cloud::stiffness::Stiffness;
 use tremie_cloud::{
-    Block, Failure, Gradients, Matrix, Method, Multigrid, Operator, Settings, Source, crowding, solve,
-    solve_confined,
+    Block, Failure, Gradients, Matrix, Method, Multigrid, Operator, Settings, Source, crowding, solve_poisson,
 };
 use tremie_numerics::DVec3;
 
@@ -42,8 +41,8 @@ pub(crate) struct Poisson<'a> {
     multigrid: Multigrid<1, 1>,
     /// What images add to minus the Laplacian by the weight of the fluid up to them, in Pa/m2; none in rows that give a value.
     weights: Vec<Option<f64>>,
-    /// Whether there is no surface.
-    confined: bool,
+    /// Whether any row gives a value: there is a surface.
+    given: bool,
     /// Who has nobody around it that is at the surface.
     deep: Vec<bool>,
 }
@@ -57,8 +56,6 @@ impl<'a> Poisson<'a> {
     /// Over nodes of a fluid.
     pub(crate) fn new(stencils: &'a Stencils<'a>, fluid: &'a Fluid) -> Self {
         let around = stencils.around;
-        // Without a surface pressures are known but for a constant.
-        let confined = !stencils.surface.contains(&true);
         let row = |a: usize, others: &mut Vec<(u32, Block<1>)>| {
             if stencils.surface[a] {
                 return [[1.0]];
@@ -80,9 +77,10 @@ impl<'a> Poisson<'a> {
                 .then(|| images.map(|(n, _, c)| c * weight(fluid, &around.sources[n])).sum())
         });
         let multigrid = Multigrid::new(&matrix, &around.positions[..around.number], around.spacing);
+        let given = stencils.surface.contains(&true);
         let deep =
             around.each(|a| stencils.near.of(a).iter().all(|n| !stencils.surface[around.of(*n as usize)]));
-        Self { stencils, fluid, matrix, multigrid, weights, confined, deep }
+        Self { stencils, fluid, matrix, multigrid, weights, given, deep }
     }
 
     /// Finds the pressures in Pa from those given whose Laplacian is `source`; gives the iterations.
@@ -98,12 +96,7 @@ impl<'a> Poisson<'a> {
 
     /// Finds the values, from those given, that the matrix makes a right-hand side of; gives the iterations.
     fn found(&self, right: &[f64], values: &mut [f64], settings: &Settings) -> Result<usize, Failure> {
-        let (matrix, multigrid) = (&self.matrix, &self.multigrid);
-        let solved = match self.confined {
-            true => solve_confined(matrix, multigrid, right, values, settings),
-            false => solve(matrix, Some(multigrid), right, values, settings),
-        };
-        Ok(solved?.iterations)
+        Ok(solve_poisson(&self.matrix, &self.multigrid, self.given, right, values, settings)?.iterations)
     }
 
     /// The pressures in Pa under which fluid that is about to fall is held by walls.

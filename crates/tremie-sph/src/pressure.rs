@@ -18,8 +18,8 @@
 
 use tremie_cloud::stiffness::Stiffness;
 use tremie_cloud::{
-    Failure, Gradients, Matrix, Method, Multigrid, Operator, Settings, Source, Surroundings, crowding, solve,
-    solve_confined,
+    Failure, Gradients, Matrix, Method, Multigrid, Operator, Settings, Source, Surroundings, crowding,
+    solve_poisson,
 };
 use tremie_numerics::DVec3;
 
@@ -126,13 +126,8 @@ impl<'a> Poisson<'a> {
         let weight = |a: usize| if weighs { self.weights[a] } else { 0.0 };
         let given = |a: usize| if weighs && self.surface[a] { values[a] } else { 0.0 };
         let right = self.around.each(|a| if self.given[a] { given(a) } else { weight(a) - source(a) });
-        let (matrix, multigrid) = (&self.matrix, &self.multigrid);
-        // Where none is given, values are known but for a constant.
-        let solved = match self.given.contains(&true) {
-            true => solve(matrix, Some(multigrid), &right, values, settings),
-            false => solve_confined(matrix, multigrid, &right, values, settings),
-        };
-        Ok(solved?.iterations)
+        let any = self.given.contains(&true);
+        Ok(solve_poisson(&self.matrix, &self.multigrid, any, &right, values, settings)?.iterations)
     }
 
     /// The pressures in Pa under which fluid that is about to fall is held by walls.

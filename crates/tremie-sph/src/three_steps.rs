@@ -24,7 +24,7 @@
 
 use tremie_cloud::{
     Dimension, Failure, Gradients, Kernel, Matrix, Method, Multigrid, Neighbours, Operator, Settings,
-    Smoothing, Source, Space, Surroundings, solve, solve_confined,
+    Smoothing, Source, Space, Surroundings, solve_poisson,
 };
 use tremie_numerics::{DMat3, DVec3};
 
@@ -334,12 +334,8 @@ impl Particles {
             PressureStep::Solve => {
                 let places = &around.positions[..around.number];
                 let multigrid = Multigrid::<1, 1>::new(&matrix, places, around.spacing);
-                // Without a surface pressures are known but for a constant.
-                let solved = match surface.contains(&true) {
-                    true => solve(&matrix, Some(&multigrid), &right, pressures, &SETTINGS),
-                    false => solve_confined(&matrix, &multigrid, &right, pressures, &SETTINGS),
-                };
-                Ok(solved?.iterations)
+                let given = surface.contains(&true);
+                Ok(solve_poisson(&matrix, &multigrid, given, &right, pressures, &SETTINGS)?.iterations)
             }
             PressureStep::Sweep => {
                 let mut product = vec![0.0; right.len()];
