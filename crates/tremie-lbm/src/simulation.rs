@@ -704,6 +704,9 @@ impl<T: Real> Simulation for FreeSurface<T> {
             arrays.push(("immersed".into(), T::into_array(immersed)));
             arrays.push(("inclusions".into(), Array::F64(numbers)));
             arrays.push(("labels".into(), Array::U32(labels)));
+            let (forces, touching) = suspension.saved_contacts();
+            arrays.push(("forces at contacts".into(), Array::F64(forces)));
+            arrays.push(("contacts".into(), Array::U32(touching)));
         }
         if let Some(fibres) = &self.fibres {
             let (tensors, when) = fibres.saved(&self.grid);
@@ -742,6 +745,12 @@ impl<T: Real> Simulation for FreeSurface<T> {
                 return Err(missing("inclusions"));
             };
             suspension.inclusions.load(numbers, labels).ok_or_else(|| missing("inclusions"))?;
+            let (Array::F64(forces), Array::U32(touching)) =
+                (array("forces at contacts")?, array("contacts")?)
+            else {
+                return Err(missing("contacts"));
+            };
+            suspension.load_contacts(forces, touching).ok_or_else(|| missing("contacts"))?;
             let counts =
                 serde_json::from_value(state.header["bodies"].clone()).map_err(|_| missing("bodies"))?;
             self.passage.restore(counts, &mut suspension.inclusions).ok_or_else(|| missing("bodies"))?;

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use tremie_numerics::DVec3;
 
 use crate::distance::{Outline, gap};
-use crate::impulse::{self, Contact, WALL};
+use crate::impulse::{self, Contact, Forces, WALL};
 use crate::near_wall::{Touch, near_walls};
 use crate::neighbours::{CHUNK, Neighbours};
 use crate::{Carrier, Inclusions, Periods, Response, Walls, separation};
@@ -68,6 +68,8 @@ pub struct Contacts {
     stirred: Vec<bool>,
     /// Who met in this step and is to bounce after it.
     bounces: Vec<Contact>,
+    /// What pushed in the last step at contacts, by the ids of who touched.
+    forces: Vec<((u64, u64), Forces)>,
 }
 
 impl Contacts {
@@ -96,7 +98,7 @@ impl Contacts {
             (time_step * bodies.velocity[n], time_step * outlines[n].turns(bodies.angular_velocity[n]))
         };
         self.find(bodies, &outlines, periods, film, ways);
-        let mut contacts = self.together(|n, touches, found| {
+        let contacts = self.together(|n, touches, found| {
             let own = ways(n);
             for other in self.neighbours.of(n) {
                 let other_own = ways(other as usize);
@@ -148,8 +150,15 @@ impl Contacts {
             }));
         });
         self.outlines = outlines;
-        contacts.par_sort_by_key(|contact| ids(bodies, contact.bodies));
-        let pushed = impulse::resolve(&contacts, bodies, responses, self.law.friction, time_step);
+        let mut order: Vec<((u64, u64), u32)> =
+            contacts.iter().zip(0..).map(|(contact, n)| (ids(bodies, contact.bodies), n)).collect();
+        order.par_sort_unstable();
+        let contacts: Vec<Contact> = order.iter().map(|(_, n)| contacts[*n as usize]).collect();
+        let mut forces = self.remembered(order.iter().map(|(ids, _)| *ids));
+        let pushed =
+            impulse::resolve(&contacts, &mut forces, bodies, responses, self.law.friction, time_step);
+        let held = order.iter().zip(forces).filter(|(_, force)| *force != Forces::default());
+        self.forces = held.map(|((ids, _), force)| (*ids, force)).collect();
         count(&pushed, &mut bodies.contacts);
         self.bounces.clear();
         if self.law.restitution > 0.0 {
@@ -175,7 +184,8 @@ impl Contacts {
         film: Film,
         time_step: f64,
     ) -> f64 {
-        impulse::resolve(&self.bounces, bodies, responses, self.law.friction, time_step);
+        let mut forces = vec![Forces::default(); self.bounces.len()];
+        impulse::resolve(&self.bounces, &mut forces, bodies, responses, self.law.friction, time_step);
         self.bounces.clear();
         let mut left = self.push(bodies, responses, walls, periods, film);
         // What was pushed may meet others that were not near before.
@@ -248,6 +258,41 @@ impl Contacts {
         self.close = close;
         self.outlines = outlines;
         worst
+    }
+
+    /// What pushed at contacts in the last step, for pairs in the order of their ids. A body that touches walls at several places does so in the order in which they were found.
+    fn remembered(&self, pairs: impl Iterator<Item = (u64, u64)>) -> Vec<Forces> {
+        let mut known = self.forces.iter().peekable();
+        let force = |pair: (u64, u64)| {
+            while known.next_if(|(ids, _)| *ids < pair).is_some() {}
+            known.next_if(|(ids, _)| *ids == pair).map_or(Forces::default(), |(_, force)| *force)
+        };
+        pairs.map(force).collect()
+    }
+
+    /// Forces at contacts as numbers and labels that can be saved: 5 and 4 for each.
+    pub(crate) fn saved(&self) -> (Vec<f64>, Vec<u32>) {
+        let halves = |id: u64| [id as u32, (id >> 32) as u32];
+        let of =
+            |Forces { normal, film, friction }: &Forces| [*normal, *film, friction.x, friction.y, friction.z];
+        let numbers = self.forces.iter().flat_map(|(_, force)| of(force)).collect();
+        let labels = self.forces.iter().flat_map(|((a, b), _)| [halves(*a), halves(*b)]).flatten().collect();
+        (numbers, labels)
+    }
+
+    /// Puts forces in place of these, as they were saved; none if that is not what these are.
+    pub(crate) fn load(&mut self, numbers: &[f64], labels: &[u32]) -> Option<()> {
+        let (numbers, rest) = numbers.as_chunks::<5>();
+        let (labels, others) = labels.as_chunks::<4>();
+        if !rest.is_empty() || !others.is_empty() || numbers.len() != labels.len() {
+            return None;
+        }
+        let id = |low: u32, high: u32| u64::from(low) | u64::from(high) << 32;
+        let of = |(&[normal, film, x, y, z], &[a, b, c, d]): (&[f64; 5], &[u32; 4])| {
+            ((id(a, b), id(c, d)), Forces { normal, film, friction: DVec3::new(x, y, z) })
+        };
+        self.forces = numbers.iter().zip(labels).map(of).collect();
+        Some(())
     }
 
     /// Takes the outlines of all bodies.

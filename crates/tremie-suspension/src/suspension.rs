@@ -101,6 +101,16 @@ impl Suspension {
         }
     }
 
+    /// Forces at contacts, from which those of the next step begin, in a form that can be saved: numbers and labels.
+    pub fn saved_contacts(&self) -> (Vec<f64>, Vec<u32>) {
+        self.contacts.saved()
+    }
+
+    /// Puts such forces in place of these; none if that is not what they are.
+    pub fn load_contacts(&mut self, numbers: &[f64], labels: &[u32]) -> Option<()> {
+        self.contacts.load(numbers, labels)
+    }
+
     /// Lets the bodies feel this gravity in m/s2, whatever the fluid's is.
     ///
     /// Fluid that fills a closed box bears its own weight by its pressure, and moves as one without weight; but a compressible method would press it

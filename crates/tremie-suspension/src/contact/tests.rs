@@ -283,6 +283,34 @@ fn a_stack_of_spheres_stands() {
     assert_eq!(stack.contacts, [2, 2, 2, 2, 2, 1]);
 }
 
+#[test]
+fn each_sphere_of_a_high_stack_bears_what_lies_on_it() {
+    const NUMBER: usize = 40;
+    const MEAN_OF: usize = 200;
+    let (mut stack, time_step) = (bodies(), 5e-4);
+    for n in 0..NUMBER {
+        stack.add(SPHERE, 0, DVec3::Z * (0.01 + 0.02 * n as f64), DQuat::IDENTITY);
+    }
+    let responses = masses(&stack);
+    let weight = 9.81 / responses[0].linear.z_axis.z;
+    let mut contacts = Contacts::default();
+    // By how many each sphere is borne by what is under it.
+    let mut borne = [0.0; NUMBER];
+    for step in 0..400 {
+        stack.velocity.iter_mut().for_each(|v| v.z -= 9.81 * time_step);
+        contacts.resolve(&mut stack, &responses, &floor(), &Periods::default(), Film::default(), time_step);
+        advance(&mut stack, time_step);
+        contacts.separate(&mut stack, &responses, &floor(), &Periods::default(), Film::default(), time_step);
+        for ((lower, upper), force) in contacts.forces.iter().filter(|_| step + MEAN_OF >= 400) {
+            let upper = if *upper == u64::MAX { *lower } else { *upper };
+            borne[upper as usize] += force.normal / (weight * MEAN_OF as f64);
+        }
+    }
+    for (under, borne) in borne.into_iter().enumerate() {
+        assert_relative_eq!(borne, (NUMBER - under) as f64, max_relative = 0.01);
+    }
+}
+
 /// What the fluid makes of a fibre: its drag takes up nearly all of an impulse.
 fn in_fluid(bodies: &Inclusions) -> Vec<Response> {
     let drag = |response: Response| Response {
