@@ -80,6 +80,8 @@ pub(crate) struct Dragged<'a> {
     pub(crate) gravity: DVec3,
     /// What the fluid is handed whatever its velocities are.
     pub(crate) handed: Handed,
+    /// Force in N by which the skin of the fluid draws in a point that has come out of it.
+    pub(crate) skin: f64,
 }
 
 /// What of the drag of the steps before a body's points feel again, whatever the velocities are.
@@ -135,7 +137,7 @@ impl Dragged<'_> {
         let turn = DMat3::from_quat(orientation);
         self.grips.iter().zip(self.seen).filter(|(_, seen)| seen.share > 0.0).map(move |(grip, seen)| {
             let [across, along] = grip.felt(seen);
-            let handed = self.handed.at(grip, orientation);
+            let handed = self.handed.at(grip, orientation) + self.skin * seen.inward;
             let push = |u: DVec3| across * u + (along - across) * u.dot(turn.z_axis) * turn.z_axis + handed;
             (turn * grip.at, [across, along - across], push(seen.velocity))
         })
@@ -291,6 +293,7 @@ mod tests {
             fluid_density: 2300.0,
             gravity: GRAVITY,
             handed: Handed::default(),
+            skin: 0.0,
         }
     }
 

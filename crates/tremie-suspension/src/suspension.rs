@@ -1,7 +1,8 @@
 //! All bodies and their fluid: the order of things in a step.
 //!
 //! 1. The points of all bodies ask the fluid how fast it moves there ([`Carrier::see`]). Those that have come out of the surface feel a pull back into the
-//!    fluid beside the drag: the skin that a real surface has, and the method has not.
+//!    fluid beside the drag: the skin that a real surface has, and the method has not. All points of a body are pulled by no more than its weight: a body that others hold
+//!    where it is would else drive the fluid out along it, for ever, by however much its friction takes.
 //! 2. Each body finds its velocity (module `motion`).
 //! 3. Bodies that would run into each other or into walls are kept from it ([`Contacts`]), each by as much as it answers while the fluid holds it: so what
 //!    the fluid gets and what bodies hand each other together are all that there is.
@@ -134,13 +135,6 @@ impl Suspension {
         }
         let (step, density) = (carrier.time_step(), carrier.density());
         let gravity = self.gravity.unwrap_or_else(|| carrier.gravity());
-        // What comes out of the surface is drawn back, no faster than a grain of fluid falls back by itself.
-        let back = (gravity.length() * carrier.grain()).sqrt();
-        self.seen.par_iter_mut().with_min_len(CHUNK).filter(|seen| seen.inward != DVec3::ZERO).for_each(
-            |seen| {
-                seen.velocity += back * seen.inward;
-            },
-        );
         let (mut moved, mut responses) =
             (std::mem::take(&mut self.moved), std::mem::take(&mut self.responses));
         (0..self.inclusions.len())
@@ -156,6 +150,7 @@ impl Suspension {
                     fluid_density: density,
                     gravity,
                     handed: self.handed(n),
+                    skin: self.skin(n, gravity),
                 };
                 self.moved(n, &dragged, step)
             })
@@ -171,7 +166,7 @@ impl Suspension {
         if touches {
             self.contacts.resolve(&mut self.inclusions, &responses, walls, &periods, film, step);
         }
-        self.react();
+        self.react(gravity);
         carrier.push(&self.pushes);
         let bodies = &mut self.inclusions;
         let motions = (
@@ -275,7 +270,7 @@ impl Suspension {
     }
 
     /// The drag at each point, turned round, and what comes of it for each body.
-    fn react(&mut self) {
+    fn react(&mut self, gravity: DVec3) {
         let mut pushes = std::mem::take(&mut self.pushes);
         let bodies = &mut self.inclusions;
         let mut drags = [&mut bodies.drag, &mut bodies.torque, &mut bodies.mean_drag].map(std::mem::take);
@@ -288,7 +283,7 @@ impl Suspension {
                 let mut pushes = pushes.iter_mut();
                 for k in 0..drags.len() {
                     let mut handed = Handed { drag: means[k], moment: moments[k] };
-                    [drags[k], torques[k]] = self.drag(chunk * CHUNK + k, &mut handed, &mut pushes);
+                    [drags[k], torques[k]] = self.drag(chunk * CHUNK + k, gravity, &mut handed, &mut pushes);
                     (means[k], moments[k]) = (handed.drag, handed.moment);
                 }
             },
@@ -303,12 +298,14 @@ impl Suspension {
     fn drag<'a>(
         &self,
         n: usize,
+        gravity: DVec3,
         handed: &mut Handed,
         pushes: &mut impl Iterator<Item = &'a mut Push>,
     ) -> [DVec3; 2] {
         let (mean, turn) = (self.motion(n), self.inclusions.orientation[n]);
         let axis = turn * DVec3::Z;
         let (mut drag, mut torque, mut moment) = (DVec3::ZERO, DVec3::ZERO, DMat3::ZERO);
+        let (skin, mut drawn) = (self.skin(n, gravity), DVec3::ZERO);
         for ((grip, seen), push) in self.grips_of(n).iter().zip(&self.seen[self.firsts[n]..]).zip(pushes) {
             let arm = turn * grip.at;
             if seen.share == 0.0 {
@@ -320,16 +317,24 @@ impl Suspension {
             let [across, lengthwise] = grip.felt(seen);
             let force = across * (slip - along) + lengthwise * along - handed.at(grip, turn);
             let [a, b] = grip.asked(seen);
-            *push = Push { force, friction: a.max(b) };
+            let inward = skin * seen.inward;
+            *push = Push { force: force - inward, friction: a.max(b) };
             drag -= force;
-            torque -= arm.cross(force);
+            drawn += inward;
+            torque -= arm.cross(force - inward);
             if grip.steady > 0.0 {
                 moment -= DMat3::from_cols(force.x * arm, force.y * arm, force.z * arm);
             }
         }
         handed.drag += FORGETS * (drag - handed.drag);
         handed.moment += (moment - handed.moment) * FORGETS;
-        [drag, torque]
+        [drag + drawn, torque]
+    }
+
+    /// Force in N by which the skin of the fluid draws in a point of a body that has come out of it: all points together by its weight at most.
+    fn skin(&self, n: usize, gravity: DVec3) -> f64 {
+        let kind = &self.inclusions.kinds[usize::from(self.inclusions.kind[n])];
+        kind.density * kind.form.volume() * gravity.length() / self.grips_of(n).len() as f64
     }
 
     /// What of the drag of the steps before the points of a body feel again.

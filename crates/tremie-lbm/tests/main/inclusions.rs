@@ -331,6 +331,26 @@ fn bodies_stay_in_the_fluid_and_out_of_the_floor() {
     }
 }
 
+/// Held, half out of a pool at rest: what draws it in draws the fluid out, but not so that it flows.
+#[test]
+fn a_sphere_that_cannot_be_drawn_in_stirs_nothing() {
+    let case = case(
+        "[material]\ndensity = \"2300 kg/m3\"\nbingham = { yield_stress = \"45 Pa\", plastic_viscosity = \"27 Pa s\" }\n\
+         [domain]\nmin = [\"0 mm\", \"0 mm\", \"0 mm\"]\nmax = [\"48 mm\", \"48 mm\", \"40 mm\"]\n\
+         [[fluid]]\nbox = { min = [\"0 mm\", \"0 mm\", \"0 mm\"], max = [\"48 mm\", \"48 mm\", \"16 mm\"] }\n\
+         [lbm]\ncell_size = \"4 mm\"\nstepping = \"fixed\"\ntime_step = \"0.3 ms\"\n",
+    );
+    let mut inclusions = of_kind(Form::Sphere { diameter: 0.01 }, 2392.0);
+    inclusions.add(0, 0, DVec3::new(0.024, 0.023, 0.018), DQuat::IDENTITY);
+    let law = ContactLaw::default();
+    let suspension = Suspension::new(inclusions, HELD, law, DVec3::ZERO, Periods::default());
+    let mut simulation = tremie_lbm::simulation_with(&case, Some(suspension));
+    advance(&mut *simulation, 1000);
+    let Fluid::Cells(fluid) = simulation.snapshot().fluid;
+    let fastest = fluid.velocity.iter().map(|u| u.length()).fold(0.0, f64::max);
+    assert!(fastest < 5e-3, "{fastest} m/s");
+}
+
 #[test]
 fn a_fibre_across_a_periodic_side_feels_what_it_would_in_the_middle() {
     let cells = [24, 8, 8];
