@@ -17,7 +17,8 @@
 //! under a plate, without that bound by 6 %.
 //!
 //! Where the paper is left: pressure is zero at the free surface; a wall particle has the pressure of the particle that sees it, with the weight of the fluid between, instead of one of its own;
-//! eta is h/100 instead of h/10, which takes 4 % off nearest neighbours; the tensor of the strain rate is formed with corrected gradients. The viscous term stands for div(mu grad u): what varies of mu across the
+//! eta is h/100 instead of h/10, which takes 4 % off nearest neighbours; in the midst of fluid pressures push by their differences, p_b - p_a: of 2 p_a sum V grad W, what irregular neighbours make of a pressure that is
+//! the same everywhere, more diverged in a wide thin gap than of its gradient, so that from step to step the pressure between plates that close at a given speed changed its sign and grew; the tensor of the strain rate is formed with corrected gradients. The viscous term stands for div(mu grad u): what varies of mu across the
 //! flow's own direction is not in it.
 //!
 //! Nor does the paper bring particles back to order, without which one ran away in a channel: here they are, as after a projection (module `particles`).
@@ -217,12 +218,15 @@ impl Scene {
         self.around.around(a).map(|(n, x, _)| self.weight_of(x) * (seen(n) - own).dot(x)).sum()
     }
 
-    fn slopes(&self, pressures: &[f64]) -> Vec<DVec3> {
-        self.around.each(|a| {
-            let pairs = self.around.around(a);
-            pairs
-                .map(|(n, x, _)| self.weight_of(x) * (pressures[a] + self.pressure(a, n, x, pressures)) * x)
-                .sum()
+    fn slopes(&self, gradients: &Gradients, pressures: &[f64]) -> Vec<DVec3> {
+        let around = &self.around;
+        let surface = around.surface(gradients);
+        let open = |n: u32| (n as usize) < self.first && surface[around.of(n as usize)];
+        around.each(|a| {
+            let deep = !around.near.of(a).iter().any(|n| open(*n));
+            let own = if deep { -pressures[a] } else { pressures[a] };
+            let pairs = around.around(a);
+            pairs.map(|(n, x, _)| self.weight_of(x) * (own + self.pressure(a, n, x, pressures)) * x).sum()
         })
     }
 }
@@ -244,9 +248,10 @@ impl Particles {
     ) -> Result<(), Failure> {
         let (fluid, explicit) = (self.fluid, self.stepping.explicit);
         let scene = Scene::new(&self.positions, self, self.time + 0.5 * step, step);
+        let gradients = scene.around.gradients();
         self.shear_rates = match known {
             Some(rates) => rates.to_vec(),
-            None => scene.shear_rates(&scene.around.gradients(), &self.velocities),
+            None => scene.shear_rates(&gradients, &self.velocities),
         };
         let viscosity: Vec<f64> = self.shear_rates.iter().map(|rate| fluid.viscosity(*rate)).collect();
         let weight = fluid.density * fluid.gravity;
@@ -267,7 +272,7 @@ impl Particles {
         let after = Scene::new(&go(0.5, &velocities), self, self.time + step, step);
         let mut pressures = self.pressures.clone();
         let projection = self.squeeze(&after, &velocities, step, pressure, &mut pressures)?;
-        for (u, push) in velocities.iter_mut().zip(scene.slopes(&pressures)) {
+        for (u, push) in velocities.iter_mut().zip(scene.slopes(&gradients, &pressures)) {
             *u -= step / density * (push - weight);
         }
         let places = go(0.5, &velocities);

@@ -1,6 +1,7 @@
 //! Particles as a simulation of a case.
 
 use tremie_case::Case;
+use tremie_geometry::{Body, Motion, Shape};
 use tremie_numerics::DVec3;
 use tremie_output::state::Array;
 use tremie_simulation::{Cells, Fluid, Simulation};
@@ -288,5 +289,33 @@ fn a_plate_without_mass_sinks_as_its_load_has_it() {
         other.restore(&state).unwrap_or_else(|error| panic!("{error:?}"));
         go(&mut other, 0.02);
         assert_eq!(other.snapshot().moved, last.moved, "{method}");
+    }
+}
+
+/// A block, sixteen particles high, that a plate squeezes at a given speed to three eighths of its height: the force is, but for the ends, that of lubrication, 8 mu V (L/h)^3 per depth.
+#[test]
+fn a_plate_closes_at_its_speed_on_a_thin_gap() {
+    for method in ["isph", "sph"] {
+        let mut case = film(method);
+        let (high, low, speed) = (0.02, 0.0075, 0.1);
+        case.domain.max.z = high + 2.0 * case.method.resolution();
+        case.fluid[0].shape = Shape::Box { min: -DVec3::ONE.with_z(0.0), max: DVec3::new(high, 1.0, high) };
+        let plate = Shape::Box { min: DVec3::new(-1.0, -1.0, high), max: DVec3::ONE };
+        case.solids[0].body = Body::Shape(plate);
+        case.solids[0].load = None;
+        case.solids[0].motion = Motion::Uniform(-speed * DVec3::Z);
+        let mut simulation = tremie_sph::simulation(&case);
+        let mut shares = Vec::new();
+        while simulation.time() < (high - low) / speed {
+            simulation.advance().unwrap_or_else(|error| panic!("{method}: {error:?}"));
+            let height = high - speed * simulation.time();
+            if height < 1.1 * low {
+                let force = simulation.snapshot().solids[0].force.z / case.method.resolution();
+                // On half of it.
+                shares.push(force / (4.0 * 10.0 * speed * (high * high / (height * height)).powi(3)));
+            }
+        }
+        let mean = shares.iter().sum::<f64>() / shares.len() as f64;
+        assert!((mean - 1.0).abs() < 0.25, "{method}: {mean}");
     }
 }
