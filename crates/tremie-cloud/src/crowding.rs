@@ -17,7 +17,7 @@ use crate::{Gradients, Smoothing, Surroundings};
 
 /// How much of what particles stand too near to each other or too far apart is taken back, over the smoothing lengths that one goes past others in a step: in the midst of others, and near a surface, where n0 is only roughly
 /// known. (What parts those too near to each other swells the fluid where it is drawn out along one axis, as all are then too near to some along another. With 4 everywhere the middle of a sample that a load pressed to a third of its height became
-/// 4 % less dense, with 16 by 0.1 %; with 12 and more near the surface, too, a slump a few particles thin shrank by 1 to 7 %.)
+/// 4 % less dense, with 16 by 0.1 %; with 12 and more near the surface, too, the cut through a slump a few particles thin shrank by 1 to 7 %.)
 const RELAXES: [f64; 2] = [16.0, 4.0];
 /// What of the volume around is missing right below a flat surface, over how one-sided the neighbours are there times the kernel's support.
 const MISSING: f64 = 0.1;

@@ -446,7 +446,7 @@ fn held_against(context: &Context, one: &str, other: &str, law: &str) -> anyhow:
         off,
     )?);
     checks.push(shown(
-        format!("volume by particles over that by the lattice{law}"),
+        format!("area of the profile by particles over that by the lattice{law}"),
         volume(&one) / volume(&other),
     ));
     Ok(checks)
