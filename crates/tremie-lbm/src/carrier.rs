@@ -87,10 +87,10 @@ impl<T: Real> Carrier for Lattice<'_, T> {
         self.scaling.time_step
     }
 
-    fn see(&mut self, points: &[DVec3], seen: &mut [Seen]) {
+    fn see(&mut self, points: &[DVec3], part: f64, seen: &mut [Seen]) {
         let points = self.on_lattice(points);
-        let hold = hold(self.scaling.viscosity(self.viscosity()));
-        self.grid.see_at(&points, self.scaling.velocity_unit(), hold, seen);
+        let takes = [hold(self.scaling.viscosity(self.viscosity())), TAKES].map(|takes| part * takes);
+        self.grid.see_at(&points, self.scaling.velocity_unit(), takes, seen);
     }
 
     fn thicken(&mut self, points: &[DVec3], seen: &mut [Seen]) {
@@ -189,14 +189,15 @@ impl<T: Real> Grid<T> {
         });
     }
 
-    /// Velocity around each point, in cells from the domain's lower corner, by the size of the lattice's unit, and the share of what lies there that is fluid.
-    pub(crate) fn see_at(&mut self, points: &[DVec3], unit: f64, hold: f64, seen: &mut [Seen]) {
+    /// Velocity around each point, in cells from the domain's lower corner, by the size of the lattice's unit, and the share of what lies there that is fluid;
+    /// `takes` is the part of its momentum in a step of which the fluid takes hold in its midst, and beside what bounds it.
+    pub(crate) fn see_at(&mut self, points: &[DVec3], unit: f64, takes: [f64; 2], seen: &mut [Seen]) {
         self.sort(points);
         let (mut sums, mut crowding) =
             (std::mem::take(&mut self.immersed.sums), std::mem::take(&mut self.immersed.crowding));
         sums.resize(points.len(), [T::ZERO; 4]);
         crowding.resize(points.len(), T::ZERO);
-        self.immersed.find_crowded();
+        self.immersed.find_crowded(takes[1]);
         let grid = &*self;
         let (sorted, windows) = (&grid.immersed.sorted, &grid.immersed.windows);
         let mut rest = (sums.as_mut_slice(), crowding.as_mut_slice());
@@ -220,14 +221,14 @@ impl<T: Real> Grid<T> {
             .with_min_len(CHUNK)
             .for_each(|(at, seen, rank)| {
                 let rank = *rank as usize;
-                *seen = grid.seen_at(*at, unit, hold, &sums[rank], crowding[rank]);
+                *seen = grid.seen_at(*at, unit, takes, &sums[rank], crowding[rank]);
             });
         (self.immersed.sums, self.immersed.crowding) = (sums, crowding);
     }
 
     /// What the sum of what is seen around a point says.
     #[inline(always)]
-    fn seen_at(&self, at: DVec3, unit: f64, hold: f64, sum: &[T; 4], friction: T) -> Seen {
+    fn seen_at(&self, at: DVec3, unit: f64, takes: [f64; 2], sum: &[T; 4], friction: T) -> Seen {
         if sum[3] == T::ZERO {
             return Seen::default();
         }
@@ -235,7 +236,7 @@ impl<T: Real> Grid<T> {
         let velocity = unit / sum[3].to_f64() * DVec3::from([0, 1, 2].map(|a| sum[a].to_f64()));
         let inward = if share < 0.5 { self.inward(at) } else { DVec3::ZERO };
         // All cells are full in the midst of fluid.
-        let takes = if share > 0.999 { hold } else { TAKES };
+        let takes = if share > 0.999 { takes[0] } else { takes[1] };
         let crowding = (friction.to_f64() / sum[3].to_f64() / takes - 1.0).max(0.0);
         Seen { velocity, share, inward, crowding, ..Seen::default() }
     }

@@ -168,8 +168,8 @@ impl<T: Real> Immersed<T> {
     }
 
     /// Finds the blocks in which any cell is asked for more friction than some would take.
-    pub(crate) fn find_crowded(&mut self) {
-        let least = T::from_f64(TAKES);
+    pub(crate) fn find_crowded(&mut self, least: f64) {
+        let least = T::from_f64(least);
         let too_much = |(push, seen): (&[T; 4], &[T; 4])| push[3] > least * seen[3];
         let blocks = (self.pushes.par_iter(), self.seen.par_iter()).into_par_iter();
         let crowded = blocks.map(|(pushes, seen)| match (pushes, seen) {

@@ -49,8 +49,8 @@ pub trait Carrier {
     /// Length in s of the step that follows.
     fn time_step(&self) -> f64;
 
-    /// What there is around each point.
-    fn see(&mut self, points: &[DVec3], seen: &mut [Seen]);
+    /// What there is around each point, all points together being allowed to take hold of such a part of what flowing fluid lets them.
+    fn see(&mut self, points: &[DVec3], part: f64, seen: &mut [Seen]);
 
     /// Finds the thickening around each point, from the shear rate there.
     fn thicken(&mut self, points: &[DVec3], seen: &mut [Seen]);

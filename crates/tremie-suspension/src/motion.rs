@@ -267,7 +267,8 @@ fn inverse(p: DMat3, q: DMat3, r: DMat3) -> Response {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::{Coupling, Medium, grips};
+    use crate::Method;
+    use crate::friction::{Medium, grips};
 
     const STEEL: f64 = 7850.0;
     const GRAVITY: DVec3 = DVec3::new(0.0, 0.0, -9.81);
@@ -375,7 +376,7 @@ mod tests {
     #[test]
     fn an_implicit_step_is_made_by_the_forces_at_its_end() {
         // Points anywhere in the body, some in air.
-        let own = grips(&FIBRE, Coupling::Slender, &medium(1e-3));
+        let own = grips(&FIBRE, &Method::default(), &medium(1e-3));
         let aside = |n: usize| 0.01 * DVec3::new((n as f64).sin(), (2.0 * n as f64).cos(), 0.3);
         let grips: Vec<Grip> =
             own.iter().enumerate().map(|(n, grip)| Grip { at: grip.at + aside(n), ..*grip }).collect();
@@ -396,7 +397,7 @@ mod tests {
     #[test]
     fn a_fibre_in_a_stream_goes_with_it_and_one_that_sinks_does_so_at_its_terminal_speed() {
         let medium = medium(1e-3);
-        let grips = grips(&FIBRE, Coupling::Slender, &medium);
+        let grips = grips(&FIBRE, &Method::default(), &medium);
         let orientation = DQuat::from_rotation_arc(DVec3::Z, DVec3::new(0.6, 0.0, 0.8));
         let stream = |arm: DVec3| DVec3::new(0.1, 0.02, -0.03) + DVec3::new(0.3, -0.5, 0.7).cross(arm);
         let seen = seen(&grips, orientation, stream);
@@ -417,7 +418,7 @@ mod tests {
 
     #[test]
     fn a_fibre_that_spins_about_its_axis_is_stopped_by_the_fluid() {
-        let grips = grips(&FIBRE, Coupling::Slender, &medium(1e-6));
+        let grips = grips(&FIBRE, &Method::default(), &medium(1e-6));
         let turned = DQuat::from_rotation_arc(DVec3::Z, DVec3::new(-0.6, 0.0, 0.8));
         let axis = turned * DVec3::Z;
         let seen = seen(&grips, turned, |_| DVec3::ZERO);
@@ -439,7 +440,7 @@ mod tests {
         for stiffness in [0.3, 1.0, 60.0] {
             let step = 1e-4;
             let medium = medium(step);
-            let mut grips = grips(&FIBRE, Coupling::Slender, &medium);
+            let mut grips = grips(&FIBRE, &Method::default(), &medium);
             for grip in &mut grips {
                 grip.across *= stiffness;
                 grip.along *= stiffness;

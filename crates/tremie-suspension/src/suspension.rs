@@ -126,10 +126,10 @@ impl Suspension {
         if self.medium != Some(medium) {
             self.medium = Some(medium);
             let kinds = &self.inclusions.kinds;
-            self.grips = kinds.iter().map(|kind| grips(&kind.form, self.method.coupling, &medium)).collect();
+            self.grips = kinds.iter().map(|kind| grips(&kind.form, &self.method, &medium)).collect();
         }
         self.place_points();
-        carrier.see(&self.points, &mut self.seen);
+        carrier.see(&self.points, self.method.felt.part(), &mut self.seen);
         if self.method.felt == Felt::Apparent {
             carrier.thicken(&self.points, &mut self.seen);
         }

@@ -182,6 +182,39 @@ fn fluid_that_has_not_yielded_holds_a_heavy_fibre_that_feels_its_apparent_viscos
 }
 
 #[test]
+fn fluid_that_has_not_yielded_is_calm_around_many_heavy_fibres_that_it_holds() {
+    let cells = [24, 24, 16];
+    let mut case = full(cells, 0.15, DVec3::ZERO, "", "f64");
+    case.material.curve = FlowCurve::Bingham { yield_stress: 10.0, plastic_viscosity: 1.0 };
+    let mut inclusions = of_kind(Form::Fibre { length: 6e-3, diameter: 0.2e-3 }, 7850.0);
+    for n in 0..40 {
+        // Spread evenly, as multiples of irrational numbers are.
+        let share = |m: f64| (m * f64::from(n)).fract();
+        let place = DVec3::new(4.0 + 16.0 * share(0.618), 4.0 + 16.0 * share(0.755), 4.0 + 8.0 * share(0.57));
+        let turn = DQuat::from_scaled_axis(DVec3::new(0.3, 0.7, -0.4) * f64::from(n));
+        inclusions.add(0, 0, 1e-3 * place, turn);
+    }
+    // On the floor.
+    for n in 0..8 {
+        let place = DVec3::new(4.1 + 2.0 * f64::from(n), 5.0 + f64::from(n), 0.11);
+        let turn = DQuat::from_rotation_z(0.3) * DQuat::from_rotation_arc(DVec3::Z, DVec3::Y);
+        inclusions.add(0, 0, 1e-3 * place, turn);
+    }
+    let method = Method { felt: Felt::Apparent, ..Method::default() };
+    let suspension =
+        Suspension::new(inclusions, method, ContactLaw::default(), DVec3::ZERO, Periods::default());
+    let mut simulation = tremie_lbm::simulation_with(&case, Some(suspension.under(-9.81 * DVec3::Z)));
+    advance(&mut *simulation, 1000);
+    let snapshot = simulation.snapshot();
+    let Fluid::Cells(cells) = snapshot.fluid;
+    let fastest = |of: &[DVec3]| of.iter().map(|u| u.length()).fold(0.0, f64::max);
+    // What a fibre would sink at across itself through the plastic viscosity alone.
+    let slender = 6850.0 * 9.81 * PI / 4.0 * 4e-8 * (2.0f64 * 1.162 / 0.2).ln() / (4.0 * PI);
+    let [fluid, fibres] = [fastest(&cells.velocity), fastest(&snapshot.inclusions.velocity)];
+    assert!(fluid < 0.05 * slender && fibres < 0.2 * slender, "{fluid} {fibres} {slender}");
+}
+
+#[test]
 fn momentum_goes_from_the_fluid_to_the_bodies_and_none_is_lost() {
     let cells = [24, 20, 16];
     let case = full(cells, 0.05, DVec3::ZERO, PERIODIC, "f64");
